@@ -45,9 +45,11 @@ def find_copies(examined) -> Copies:
     flights = examined.block.flights
     parts = [_rows_of(name, flight) for name, flight in flights.items()]
     rows = pd.concat(parts, ignore_index=True)
-    owner = rows.groupby(OWNER, sort=False).ngroup().to_numpy()
     keys = ["point_id", "x", "y"]
     is_twice = rows.duplicated(keys, keep=False).to_numpy()
+    if not is_twice.any():
+        return NO_COPIES
+    owner = rows.groupby(OWNER, sort=False).ngroup().to_numpy()
     equal = _pairs(rows[is_twice].assign(owner=owner[is_twice]), keys)
     if equal.empty:
         return NO_COPIES

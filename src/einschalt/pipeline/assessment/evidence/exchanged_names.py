@@ -12,9 +12,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.batches import segments
+from einschalt.foundations.frame_columns import columns_of, with_columns
+from einschalt.foundations.key_columns import rows_among
+from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MODEL = ["coverage", "model_id"]
+PAIR = 2
 # worst points of a model among which a pair is looked for: 15 pairs
 MOST_POINTS = 6
 MOST_MODELS = 200
@@ -54,32 +59,90 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
 
 def _in_flight(solution, name, kind):
     worst = _worst_points(solution, name)
-    if worst.empty:
+    if len(worst) < PAIR:
         return []
-    pairs = worst.merge(worst, on=MODEL, suffixes=("", "_other"))
-    pairs = pairs[pairs["point_id"] < pairs["point_id_other"]].reset_index(drop=True)
-    if pairs.empty:
+    trials = _Trials.of(worst)
+    if not len(trials.pairs):
         return []
     measured = tables.with_coverage(solution.model_points[name])
-    ground = solution.ground_of(name)
-    as_measured = _variants(measured, worst[MODEL].drop_duplicates())
-    before = _m_0(as_measured, ground, kind)
-    trials = pairs.assign(
-        m_0=_m_0(_variants(measured, pairs), ground, kind),
-        before=pairs[MODEL].merge(_by_model(worst, before), on=MODEL)["m_0"],
-    )
-    trials = trials.dropna(subset="m_0")  # models that no exchange leaves redundancy
-    best = trials.loc[trials.groupby(MODEL)["m_0"].idxmin()]
+    before, after = trials.m_0(measured, solution.ground_of(name), kind)
+    best = trials.best(after)
     usual = _usual_m_0(solution, name, worst)
-    is_found = (best["m_0"] <= LARGE_M_0 * usual) & (
-        best["before"] >= LEAST_IMPROVEMENT * best["m_0"]
+    is_found = (after[best] <= LARGE_M_0 * usual) & (
+        before[best] >= LEAST_IMPROVEMENT * after[best]
     )
     # computed coordinates only where the points are not known on the ground
-    known = pd.concat([ground, solution.points]).drop_duplicates("point_id")
-    place = known.set_index("point_id")[["easting", "northing"]]
+    known = pd.concat([solution.ground_of(name), solution.points])
+    place = known.drop_duplicates("point_id").set_index("point_id")
+    place = columns_of(place, ("easting", "northing"))
     return [
-        _exchange(name, row, place, measured) for row in best[is_found].itertuples()
+        _exchange(name, trials.named(k), (before[k], after[k]), place, measured)
+        for k in best[is_found]
     ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Trials:
+    """Pairs of points whose names are exchanged, each in its model."""
+
+    models: CodedPairs  # coverage and model_id of the models
+    model: np.ndarray  # (n_trials,): place of its model
+    pairs: np.ndarray  # (n_trials, 2): names of the two points
+
+    @classmethod
+    def of(cls, worst):
+        """All pairs of the worst points of each model."""
+        models = encode_pairs(worst["coverage"], worst["model_id"])
+        points, model = worst["point_id"].to_numpy(dtype=object), models.codes
+        _, rank = np.unique(points.astype(str), return_inverse=True)
+        is_pair = (model[:, None] == model) & (rank[:, None] < rank)
+        one, other = np.nonzero(is_pair)
+        pairs = np.column_stack([points[one], points[other]])
+        return cls(models, model[one], pairs)
+
+    def m_0(self, measured, ground, kind):
+        """m_0 of each trial's model, as it was measured and with exchanged names [m].
+
+        NaN without redundancy. Each model is transformed once as it was measured.
+        """
+        n_models, own = len(self.models), np.arange(len(self.models))
+        of_measured = encode_pairs(measured["coverage"], measured["model_id"])
+        code = of_measured.locate(self.models)
+        parts = segments(of_measured.codes, len(of_measured))
+        model = code[np.concatenate([own, self.model])]
+        count = parts.count[model]
+        trial = np.repeat(np.arange(len(model)), count)
+        first = np.cumsum(count) - count
+        within = np.arange(len(trial)) - first[trial]
+        rows = parts.order[parts.start[model][trial] + within]
+        names = measured["point_id"].to_numpy(dtype=object)[rows]
+        pair = np.concatenate([np.full((n_models, PAIR), None), self.pairs])[trial]
+        one, other = pair.T
+        exchanged = np.where(names == one, other, np.where(names == other, one, names))
+        variants = with_columns(
+            columns_of(measured, [axis for axis in "xyz" if axis in measured]).take(
+                rows
+            ),
+            model_id=trial.astype(str),
+            point_id=exchanged,
+        )
+        models = transform_models(variants, ground, kind).models
+        m_0 = np.full(len(model), np.nan)
+        m_0[models["model_id"].astype(int)] = models["m_0"]
+        return m_0[:n_models][self.model], m_0[n_models:]
+
+    def best(self, m_0):
+        """Trial with the least m_0 of each model, in the order of the models' names."""
+        coverage, name = self.models.first[self.model], self.models.second[self.model]
+        order = np.lexsort([m_0, name.astype(str), coverage.astype(str)])
+        order = order[np.isfinite(m_0[order])]  # no exchange leaves others redundancy
+        _, first = np.unique(self.model[order], return_index=True)
+        return order[np.sort(first)]
+
+    def named(self, trial):
+        """Coverage, model_id and the pair of a trial."""
+        model = self.model[trial]
+        return self.models.first[model], self.models.second[model], self.pairs[trial]
 
 
 def _worst_points(solution, name):
@@ -94,65 +157,41 @@ def _worst_points(solution, name):
     parts = [part for part in (residuals, gross) if len(part)] or [residuals]
     both = pd.concat([part[[*columns, "is_suspect"]] for part in parts])
     # two exchanged points mask each other: a model may fit badly without a suspect
-    keys = pd.MultiIndex.from_frame(both[MODEL])
-    is_wrong = both.groupby(MODEL)["is_suspect"].transform("any")
-    both = both[is_wrong | keys.isin(misfits)]
+    wrong = both[both["is_suspect"].to_numpy(dtype=bool)]
+    both = both[rows_among(both, wrong, MODEL) | rows_among(both, misfits, MODEL)]
     miss = np.hypot(both["residual_easting"], both["residual_northing"])
     both = both.assign(miss=miss).sort_values("miss", ascending=False, kind="stable")
-    models = both[MODEL].drop_duplicates().head(MOST_MODELS)
-    both = both.drop_duplicates([*MODEL, "point_id"]).merge(models, on=MODEL)
+    both = both.drop_duplicates([*MODEL, "point_id"])
+    model = encode_pairs(both["coverage"], both["model_id"]).codes
+    both = both[model < MOST_MODELS]  # codes count in the order of the rows
     return both.groupby(MODEL).head(MOST_POINTS)[[*MODEL, "point_id"]]
 
 
 def _models_that_fit_badly(solution, name):
     models = solution.first_models(name)
     is_bad = models["m_0"] > LARGE_M_0 * models["m_0"].median()
-    return pd.MultiIndex.from_frame(models.loc[is_bad, MODEL])
-
-
-def _variants(measured, trials):
-    """A copy of its model for each trial, with the names of its pair exchanged."""
-    numbered = trials.assign(trial=np.arange(len(trials)).astype(str))
-    points = measured.merge(numbered, on=MODEL, suffixes=("", "_one"))
-    if "point_id_other" in points:
-        one, other = points["point_id_one"], points["point_id_other"]
-        name = points["point_id"]
-        exchanged = np.where(name == one, other, np.where(name == other, one, name))
-        points = points.assign(point_id=exchanged)
-    axes = [axis for axis in "xyz" if axis in points]
-    return points.assign(model_id=points["trial"])[["model_id", "point_id", *axes]]
-
-
-def _m_0(variants, ground, kind):
-    models = transform_models(variants, ground, kind).models.set_index("model_id")
-    order = np.arange(variants["model_id"].nunique()).astype(str)
-    return models["m_0"].reindex(order).to_numpy()
-
-
-def _by_model(worst, m_0):
-    return worst[MODEL].drop_duplicates().assign(m_0=m_0)
+    return columns_of(models[is_bad], MODEL)
 
 
 def _usual_m_0(solution, name, worst):
     """Median m_0 of the models of the flight that hold nothing wrong."""
     models = solution.first_models(name)
-    suspect = pd.MultiIndex.from_frame(worst[MODEL])
-    is_good = ~pd.MultiIndex.from_frame(models[MODEL]).isin(suspect)
-    return float(models.loc[is_good, "m_0"].median())
+    is_good = ~rows_among(models, worst, MODEL)
+    return float(models["m_0"][is_good].median())
 
 
-def _exchange(name, row, place, measured):
-    is_in_model = (measured["coverage"] == row.coverage) & (
-        measured["model_id"] == row.model_id
+def _exchange(name, named, m_0, place, measured):
+    coverage, model_id, pair = named
+    is_in_model = (measured["coverage"] == coverage) & (
+        measured["model_id"] == model_id
     )
-    pair = [row.point_id, row.point_id_other]
     return ExchangedNames(
         flight=name,
-        coverage=row.coverage,
-        model_id=row.model_id,
+        coverage=coverage,
+        model_id=model_id,
         points=tuple(pair),
         apart=float(np.hypot(*np.diff(place.reindex(pair).to_numpy(), axis=0)[0])),
-        m_0=float(row.before),
-        m_0_exchanged=float(row.m_0),
+        m_0=float(m_0[0]),
+        m_0_exchanged=float(m_0[1]),
         model_points=tuple(measured.loc[is_in_model, "point_id"]),
     )
