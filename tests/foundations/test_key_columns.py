@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.foundations import key_columns
+from einschalt.foundations import key_columns, name_bytes
 from einschalt.foundations.key_columns import is_among, row_codes
 
 COLUMN = ["0012", "7/8", "12", "7/8", "Ö"]
@@ -67,3 +67,27 @@ def test_long_columns_say_the_same_byte_by_byte(monkeypatch, kind, n_chunks):
         assert key_columns.are_tidy(column(["x", "0012", "7 8", "7\n8", "a"]))
         for odd in (" a", "a\t", "a\n", "", "\xa0a", "\u2003a", "a\u2003", "a\0", None):
             assert not key_columns.are_tidy(column(["x", "a", odd, "b"])), odd
+
+
+@pytest.mark.parametrize("n_cores", [1, 2, 5])
+def test_bytes_of_every_name_count_wherever_they_lie(monkeypatch, n_cores):
+    """Names of all lengths around the eight bytes that are taken at once."""
+    monkeypatch.setattr(key_columns, "MANY", 1)
+    monkeypatch.setattr(name_bytes, "n_cores", lambda: n_cores)
+    names = ["a" * length for length in range(1, 30)]
+    names += [
+        name[:k] + "b" + name[k + 1 :] for name in names for k in range(len(name))
+    ]
+    assert not key_columns.may_repeat([names])
+    for place, name in enumerate(names):
+        others = names[:place] + names[place + 1 :]
+        assert not key_columns.may_repeat([[name, *others]])
+        assert key_columns.may_repeat([[*names, name]])
+
+
+def test_a_repeated_row_is_found_among_many(monkeypatch):
+    monkeypatch.setattr(key_columns, "MANY", 1)
+    names = np.arange(200_000).astype(str)
+    assert not key_columns.may_repeat([pd.Series(names, dtype="str")])
+    names[7] = names[150_000]
+    assert key_columns.may_repeat([pd.Series(names, dtype="str")])

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, FileError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.interfaces.files import csv_tables
 from einschalt.interfaces.files.csv_tables import (
     _without_apostrophes,
     read_csv,
@@ -378,3 +379,27 @@ def test_a_million_rows_are_read_and_checked_in_seconds(tmp_path, million_rows):
     writing, _ = seconds_of(write_csv, checked.frame, tmp_path / "out.csv")
     assert writing < 4.0
     assert (tmp_path / "out.csv").stat().st_size > 30e6
+
+
+@pytest.mark.parametrize("n_cores", [1, 2, 3, 7])
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_parts_of_a_table_read_at_once_are_the_whole(
+    tmp_path, monkeypatch, n_cores, ends
+):
+    monkeypatch.setattr(csv_tables, "BYTES_WORTH_A_THREAD", 8)
+    monkeypatch.setattr(csv_tables, "n_cores", lambda: n_cores)
+    for n_rows in (*range(1, 12), 100):
+        rows = [f"1,m{k % 3},P{k}{'x' * (k % 5)},{k},{k / 4}" for k in range(n_rows)]
+        text = HEADER + "".join(f"{row}\n" for row in rows)
+        frame = read(tmp_path, text.replace("\n", ends))
+        assert frame["point_id"].tolist() == [row.split(",")[2] for row in rows]
+        assert frame["y"].tolist() == [k / 4 for k in range(n_rows)]
+        assert frame.index.tolist() == list(range(2, n_rows + 2))
+    with pytest.raises(EinschaltError, match="row 52: the row has 4 values"):
+        read(tmp_path, text.replace("P50,", ""))
+    frame = read(tmp_path, text.replace("P51x,", "P51x,x"))
+    problems = check_table(frame, MODEL_POINTS).problems
+    assert [(problem.row, problem.point) for problem in problems] == [(53, "P51x")]
+    frame = read(tmp_path, text.replace("P50,", '"P,\n50",'))
+    assert frame["point_id"].tolist()[50] == "P,\n50"
+    assert len(frame) == 100

@@ -3,23 +3,29 @@
 Read: names may be text, codes of a dictionary, or whole numbers, which become text;
 numbers may be of any kind. The row that messages name is counted from 1.
 
-Written: Zstandard, no index, nothing that tells of the writing program's environment;
-equal tables give equal bytes.
+Written: Zstandard, dictionaries only where values repeat, no index, nothing that tells
+of the writing program's environment; equal tables give equal bytes.
 """
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import parquet
 
+from einschalt.foundations.batches import n_cores
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.key_columns import MANY
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.point_layers import (
     WGS_84,
     PointLayer,
@@ -40,6 +46,7 @@ NUMBER_BYTES = 8
 MOST_PACKED = 100
 HARMLESS_BYTES = 2**27  # 16 million rows
 LONGEST_SAID = 200
+FEWEST_REPEATED = 8  # rows of a name, from which codes are read faster than names
 # so many that the dictionary of their names fits into a page and the caches
 ROWS_OF_A_GROUP = 2**15
 
@@ -109,30 +116,72 @@ def _read_columns(data, schema, said, source):
     """
     file = pa.BufferReader(data)
     metadata = parquet.read_metadata(file)
-    places = range(metadata.num_columns)
-    paths = {metadata.schema.column(place).path for place in places}
+    columns = [metadata.schema.column(k) for k in range(metadata.num_columns)]
+    places = {column.path: k for k, column in enumerate(columns)}
     names = metadata.schema.to_arrow_schema().names
     _refuse_size(metadata, names, len(data), source)
     meant = meant_header(names, schema, said, source)
     meaning = dict(zip(names, meant.names, strict=True))
-    coded = [n for n in names if n in paths and meaning[n] in schema.id_names]
+    texts = [n for n in names if n in places and meaning[n] in schema.id_names]
+    coded = [n for n in texts if not _is_text(data, metadata, places[n])]
     place = _geometry_of(metadata, names)
     coded += [place[0]] if place else []  # may be huge, in all rows
-    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
-    table = stored.read(columns=known + ([place[0]] if place else []))
+    known += [place[0]] if place else []
+    fixed = [columns[places[n]].length for n in known if n in places]
+    _refuse_unpacked(metadata.num_rows * max(fixed, default=0), len(data), source)
+    table = _stored(data, metadata, known, coded)
+
+    def understand(name, column):
+        if place is not None and name == place[0]:
+            return _plain(column, source)
+        return _understood(column, name, meaning[name] in schema.number_names, source)
+
     found = {name: [] for name in table.column_names}
-    for name, column in zip(table.column_names, table.columns, strict=True):
-        is_number = meaning[name] in schema.number_names
-        is_shape = place is not None and name == place[0]
-        found[name].append(
-            _plain(column, source)
-            if is_shape
-            else _understood(column, name, is_number, source)
-        )
+    with ThreadPoolExecutor(n_cores()) as pool:
+        columns = pool.map(understand, table.column_names, table.columns)
+        for name, column in zip(table.column_names, columns, strict=True):
+            found[name].append(column)
     empty = pa.nulls(metadata.num_rows)
     columns = [found[name].pop(0) if found.get(name) else empty for name in names]
     return columns, names, meant, place
+
+
+def _stored(data, metadata, names, coded):
+    """Read columns, some of them as codes: the groups of rows on all cores."""
+    n_parts = min(n_cores(), metadata.num_row_groups) or 1
+    edges = np.linspace(0, metadata.num_row_groups, n_parts + 1).astype(int).tolist()
+
+    def read(groups):
+        stored = parquet.ParquetFile(
+            pa.BufferReader(data), metadata=metadata, read_dictionary=coded
+        )
+        return stored.read_row_groups(groups, names, use_threads=n_parts == 1)
+
+    with ThreadPoolExecutor(n_parts) as pool:
+        parts = pool.map(read, [list(range(a, b)) for a, b in pairwise(edges)])
+        return pa.concat_tables(list(parts))
+
+
+def _is_text(data, metadata, place):
+    """Whether names are read faster as text than as codes, and cannot be too long."""
+    if metadata.num_rows < MANY:
+        return False
+    groups = range(metadata.num_row_groups)
+    chunks = [metadata.row_group(group).column(place) for group in groups]
+    found = [texts_of(data, chunk) for chunk in chunks]
+    if None in found:
+        return False
+    n_names, n_written_out, n_bytes = (
+        sum(getattr(texts, fact) for texts in found)
+        for fact in ("n_names", "n_written_out", "most_bytes")
+    )
+    is_repeated = not n_written_out and n_names * FEWEST_REPEATED < metadata.num_rows
+    return n_bytes <= _most_unpacked(len(data)) and not is_repeated
+
+
+def _most_unpacked(n_bytes):
+    return max(HARMLESS_BYTES, MOST_PACKED * n_bytes)
 
 
 def _refuse_size(metadata, names, n_bytes, source):
@@ -151,7 +200,7 @@ def _refuse_size(metadata, names, n_bytes, source):
 
 
 def _refuse_unpacked(unpacked, n_bytes, source):
-    if unpacked > max(HARMLESS_BYTES, MOST_PACKED * n_bytes):
+    if unpacked > _most_unpacked(n_bytes):
         raise FileError(
             f"{n_bytes} bytes would unpack to {unpacked} bytes",
             expected=f"a table that is packed at most {MOST_PACKED} times",
@@ -174,6 +223,7 @@ def _unreadable(data, source):
 
 def _understood(column, name, is_number, source):
     """Numbers as float, anything else as text."""
+    is_checked = _is_of_texts(column)
     column = _plain(column, source)
     kind = column.type
     is_measure = pa.types.is_integer(kind) or pa.types.is_floating(kind)
@@ -187,7 +237,8 @@ def _understood(column, name, is_number, source):
         return _said(column)
     try:
         text = column.cast(pa.string())
-        text.validate(full=True)  # reading does not look at the bytes of a text
+        if not is_checked:
+            text.validate(full=True)  # reading does not look at the bytes of a text
     except pa.ArrowNotImplementedError:
         return _said(column)
     except pa.ArrowInvalid as error:
@@ -198,6 +249,21 @@ def _understood(column, name, is_number, source):
             file=source,
         ) from error
     return text
+
+
+def _is_of_texts(column):
+    """Whether the codes of a column are those of texts that are UTF-8."""
+    if not (
+        pa.types.is_dictionary(column.type)
+        and pa.types.is_string(column.type.value_type)
+    ):
+        return False
+    try:
+        for chunk in column.chunks:
+            chunk.dictionary.validate(full=True)
+    except pa.ArrowInvalid:  # said where all of it is looked at
+        return False
+    return True
 
 
 def _plain(column, source):
@@ -249,5 +315,15 @@ def write_parquet(frame, path):
     # pyarrow takes names of files only where they are Unicode
     with replacing(path) as hidden, hidden.open("wb") as file:
         parquet.write_table(
-            table, file, compression="zstd", row_group_size=ROWS_OF_A_GROUP
+            table,
+            file,
+            compression="zstd",
+            row_group_size=ROWS_OF_A_GROUP,
+            use_dictionary=[n for n in table.column_names if _repeats(table[n])],
         )
+
+
+def _repeats(column):
+    """Whether a dictionary makes a column smaller: by its first group of rows."""
+    head = column.slice(0, ROWS_OF_A_GROUP)
+    return 2 * pc.count_distinct(head, mode="all").as_py() <= len(head)

@@ -34,16 +34,17 @@ def read_table_text(path, source):
 
     Returns the bytes, and a note or None. A FileError where no encoding fits.
     """
-    data = read_once(path, source).data
+    file = read_once(path, source)
+    data = file.data
     name = _utf16_of(data)
     if name is not None:
         encoded = _decoded(data, name, source).encode("utf-8")
         return require_text(encoded, source), f"{source}: read as UTF-16 text"
     if _is_utf8(data) or UTF8_LETTER.search(data) or b"\0" in data:
-        return read_text_bytes(path, source), None  # which says what is no UTF-8
+        return read_text_bytes(file, source), None  # which says what is no UTF-8
     text = _as_windows(data)
     if text is None:
-        return read_text_bytes(path, source), None
+        return read_text_bytes(file, source), None
     encoded = require_text(text.encode("utf-8"), source)
     return encoded, f"{source}: {AS_WINDOWS}: {_first_word(data)!r}"
 

@@ -1,0 +1,140 @@
+"""Pages of Parquet files: how much they unpack to, before anything is unpacked."""
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.tables import MODEL_POINTS
+from einschalt.interfaces.files import parquet_tables
+from einschalt.interfaces.files.parquet_pages import texts_of
+from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
+
+N_ROWS = 60_000
+
+
+def pages_of(path, name="point_id"):
+    metadata = parquet.read_metadata(path)
+    place = metadata.schema.names.index(name)
+    groups = range(metadata.num_row_groups)
+    chunks = [metadata.row_group(group).column(place) for group in groups]
+    return [texts_of(path.read_bytes(), chunk) for chunk in chunks]
+
+
+def model_points():
+    rows = np.arange(N_ROWS)
+    return pd.DataFrame(
+        {
+            "coverage": np.where(rows % 2, "1", "2"),
+            "model_id": [f"m{k // 50}" for k in rows],
+            "point_id": [f"P{k}" for k in rows],
+            "x": rows / 7.0,
+            "y": rows * -1.5,
+        }
+    )
+
+
+@pytest.mark.parametrize("compression", ["zstd", "snappy", "gzip", "brotli", "none"])
+@pytest.mark.parametrize("version", ["1.0", "2.0"])
+@pytest.mark.parametrize("is_coded", [True, False])
+def test_bound_of_what_pages_unpack_to(tmp_path, compression, version, is_coded):
+    """Never less than there is, and little more where lengths are alike."""
+    path = tmp_path / "t.parquet"
+    names = pa.array([None if k % 7 == 0 else f"P{k:06d}" for k in range(5000)])
+    parquet.write_table(
+        pa.table({"point_id": names}),
+        path,
+        compression=compression,
+        data_page_version=version,
+        use_dictionary=is_coded,
+        row_group_size=2000,
+        data_page_size=4096,
+    )
+    found = pages_of(path)
+    given = sum(len(name) for name in names.to_pylist() if name)
+    assert given <= sum(texts.most_bytes for texts in found) <= 3 * given
+    n_names = sum(texts.n_names for texts in found)
+    assert n_names == (names.drop_null().unique().__len__() if is_coded else 0)
+    n_written_out = sum(texts.n_written_out for texts in found)
+    assert n_written_out == (0 if is_coded else 5000)
+
+
+def test_one_long_name_in_the_dictionary_counts_for_every_row(tmp_path):
+    path = tmp_path / "t.parquet"
+    names = pa.array(["x" * 10_000] + ["P1"] * 999)
+    parquet.write_table(pa.table({"point_id": names}), path)
+    (texts,) = pages_of(path)
+    assert texts.most_bytes == 1000 * 10_000
+
+
+@pytest.mark.parametrize("encoding", ["DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY"])
+def test_only_encodings_that_write_names_out_are_trusted(tmp_path, encoding):
+    path = tmp_path / "t.parquet"
+    parquet.write_table(
+        pa.table({"point_id": [f"P{k}" for k in range(1000)]}),
+        path,
+        use_dictionary=False,
+        column_encoding={"point_id": encoding},
+    )
+    is_known = encoding == "DELTA_LENGTH_BYTE_ARRAY"  # the other repeats beginnings
+    assert (pages_of(path) != [None]) is is_known
+
+
+def test_headers_that_do_not_add_up_tell_nothing(tmp_path):
+    path = tmp_path / "t.parquet"
+    parquet.write_table(pa.table({"point_id": [f"P{k}" for k in range(1000)]}), path)
+    chunk = parquet.read_metadata(path).row_group(0).column(0)
+    whole = path.read_bytes()
+    known = texts_of(whole, chunk)
+    start, end = chunk.dictionary_page_offset, chunk.data_page_offset + 40
+    found = set()
+    for place in range(start, end):
+        for value in (0, 0x0C, 0x15, 0x7F, 0xFF):
+            changed = whole[:place] + bytes([value]) + whole[place + 1 :]
+            found.add(texts_of(changed, chunk))
+    assert None in found
+    assert known in found  # the bytes of names themselves say nothing of it
+    assert texts_of(whole[: start + 3], chunk) is None
+
+
+def test_long_tables_are_the_same_from_text_and_from_codes(tmp_path, monkeypatch):
+    path, frame = tmp_path / "t.parquet", model_points()
+    write_parquet(frame, path)
+    read = read_parquet(path, MODEL_POINTS)
+    pd.testing.assert_frame_equal(read.reset_index(drop=True), frame, check_dtype=False)
+    monkeypatch.setattr(parquet_tables, "MANY", 2 * N_ROWS)  # then as codes
+    pd.testing.assert_frame_equal(read_parquet(path, MODEL_POINTS), read)
+    monkeypatch.setattr(parquet_tables, "n_cores", lambda: 1)
+    pd.testing.assert_frame_equal(read_parquet(path, MODEL_POINTS), read)
+
+
+def test_dictionaries_are_written_where_they_make_the_file_smaller(tmp_path):
+    path = tmp_path / "t.parquet"
+    write_parquet(model_points(), path)
+    group = parquet.read_metadata(path).row_group(0)
+    columns = [group.column(k) for k in range(5)]
+    coded = {c.path_in_schema for c in columns if c.has_dictionary_page}
+    assert coded == {"coverage", "model_id"}
+
+
+@pytest.mark.parametrize(
+    ("n_rows", "kind", "length"),
+    [
+        (1000, pa.string(), 2**19),  # a short table, read as codes
+        (N_ROWS, pa.string(), 2**13),
+        (N_ROWS, pa.binary(2**12), 2**12),  # all of one length: there are no codes
+    ],
+)
+def test_a_name_that_would_fill_the_memory_is_refused(tmp_path, n_rows, kind, length):
+    codes = pa.array(np.zeros(n_rows, dtype=np.int32))
+    name = pa.array([b"x" * length]).cast(kind)
+    column = pa.DictionaryArray.from_arrays(codes, name)
+    column = column if kind == pa.string() else column.cast(kind)
+    x = pa.array(np.zeros(n_rows))
+    table = pa.table({"model_id": column, "point_id": column, "x": x, "y": x})
+    path = tmp_path / "t.parquet"
+    parquet.write_table(table, path, dictionary_pagesize_limit=2**30)
+    with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
+        read_parquet(path, MODEL_POINTS)
