@@ -16,6 +16,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.key_columns import are_tidy
 from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
+TEXT = pd.StringDtype(na_value=np.nan)  # what pandas makes of "str"
 LARGEST_BITS = 1000  # of a whole number that a float can hold
 
 
@@ -39,6 +40,8 @@ def numbers(raw, column):
 
 
 def _to_float(raw):
+    if raw.dtype == np.float64:
+        return raw.to_numpy()
     # pandas would count True as 1, dates as ns, and leave out what is imaginary
     is_textual = raw.dtype == object or pd.api.types.is_string_dtype(raw)
     is_other = pd.api.types.is_bool_dtype(raw) or pd.api.types.is_complex_dtype(raw)
@@ -79,7 +82,8 @@ def identifiers(raw):
     """Names as text without blanks around them; as :func:`numbers` gives them."""
     is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
     if is_text and are_tidy(raw):  # then nothing is to be said of any
-        return raw.astype(str), np.zeros(len(raw), dtype=bool), described
+        text = raw if raw.dtype == TEXT else raw.astype(TEXT)
+        return text, np.zeros(len(raw), dtype=bool), described
     text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()
     is_bad = (text == "").to_numpy(dtype=bool)
