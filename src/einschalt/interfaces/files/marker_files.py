@@ -261,6 +261,13 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     given = _json(path, source)
     sizes = _image_sizes(beside or companions(path))
     points, rows, unknown = [], [], set()
+    if not (isinstance(given, dict) and isinstance(given.get("points"), list)):
+        raise FileError(
+            "holds no points, as the ground control of OpenSfM does",
+            expected="ground_control_points.json",
+            remedy="Name that file of the project, or leave this one out",
+            file=source,
+        )
     try:
         for one in given["points"]:
             name, position = str(one["id"]), one.get("position")
