@@ -93,8 +93,8 @@ def test_drawings_without_points_are_refused_by_their_line_or_their_kind():
 
 
 def test_other_files_of_opensfm_are_told_from_its_control(tmp_path):
-    path = tmp_path / "reconstruction.json"
+    path = tmp_path / "control.json"
     for text in ('[{"cameras": {}}]', '{"points": 3}', "7"):
         path.write_text(text)
-        with pytest.raises(EinschaltError, match="holds no points, as the ground"):
+        with pytest.raises(EinschaltError, match="holds no points as OpenSfM"):
             found_in(path)

@@ -261,13 +261,6 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     given = _json(path, source)
     sizes = _image_sizes(beside or companions(path))
     points, rows, unknown = [], [], set()
-    if not (isinstance(given, dict) and isinstance(given.get("points"), list)):
-        raise FileError(
-            "holds no points, as the ground control of OpenSfM does",
-            expected="ground_control_points.json",
-            remedy="Name that file of the project, or leave this one out",
-            file=source,
-        )
     try:
         for one in given["points"]:
             name, position = str(one["id"]), one.get("position")
@@ -282,7 +275,7 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
                 pixels = x * side + (wide - 1) / 2, y * side + (high - 1) / 2
                 rows.append((image, name, *pixels))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _damaged(source, f"is no list of control points: {error}") from error
+        raise _damaged(source, "holds no points as OpenSfM writes them") from error
     if unknown:
         raise FileError(
             f"the size of image {min(unknown)} is unknown",
