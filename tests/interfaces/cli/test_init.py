@@ -128,6 +128,8 @@ def test_a_bad_cell_is_said_before_anything_is_guessed(invoke, export, tmp_path,
     [
         ("Punkt;Rechtswert;Hochwert\nA;1,234;322,001\n", "1.234 or 1234?", "decimal ,"),
         ("point_id,x,y\n7,3,4\n", "which of them is the easting?", "easting and --n"),
+        ("1971; A8\nModell;Punkt;x;y\n1;A;1,234;2\n", "1.234 or 1234?", "decimal ,"),
+        ("A 3.5 4.5\nB 4.5 5.5\n", "which of 'column 2' and", "easting and --n"),
     ],
 )
 def test_questions_name_the_options_that_answer_them(
@@ -268,3 +270,9 @@ def test_files_that_are_no_tables_are_told_by_what_they_are(
     refused = invoke("init", tmp_path / "new", "--from", tmp_path / name, "--yes")
     assert refused.exit_code == 2
     assert said in refused.stderr
+
+
+def test_a_folder_is_to_be_converted_first(invoke, tmp_path):
+    refused = invoke("init", tmp_path / "new", "--from", tmp_path, "--yes")
+    assert refused.exit_code == 2
+    assert "is a folder; expected files. Convert a folder of COLMAP" in refused.stderr

@@ -121,6 +121,14 @@ def look_at(path, said) -> list[Looked]:
     if part is not None:
         is_book = path.suffix.lower() in workbooks.SUFFIXES
         said = replace(said, **{"sheet" if is_book else "layer": part})
+    if path.is_dir():
+        raise FileError(
+            "is a folder",
+            expected="files",
+            remedy="Convert a folder of COLMAP or MicMac first: einschalt convert "
+            "FOLDER OUT; otherwise name the files in it",
+            file=path.name,
+        )
     file = read_once(path, path.name)
     if path.suffix.lower() == ".toml":
         return _camera(file, said)
@@ -185,6 +193,12 @@ def _is_of_rows(error):
     return isinstance(faults[0], TableError) and not is_named
 
 
+def _is_ragged(error):
+    """Whether rows have not as many values as the header."""
+    fault = getattr(error, "problems", [error])[0]
+    return "values, the header" in fault.found
+
+
 def _camera(file, said):
     try:
         keys = tomllib.loads(file.data.decode("utf-8-sig"))
@@ -241,7 +255,7 @@ def _looked(file, kind, table, said):
 def _table(file, said):
     """The table as the first kind whose columns it has."""
     beside = [read_once(one, one.name) for one in companions(file.path)]
-    question = None
+    questions = []
     for kind, schema in KINDS.items():
         known = {n: c for n, c in said.columns.items() if n in schema.names}
         own = replace(said, columns=known)
@@ -250,13 +264,15 @@ def _table(file, said):
                 file, schema, own, source=file.source, beside=tuple(beside)
             )
         except EinschaltError as error:
-            question = question or (error if _is_of_rows(error) else None)
+            questions += [error] if _is_of_rows(error) else []
             continue
         fit = _fitting(kind, table)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
             return _looked(file, kind, table, own)
-    if question is not None:
-        raise question
+    # below a title that is taken for the header, all rows are too long
+    questions.sort(key=_is_ragged)
+    if questions:
+        raise questions[0]
     refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
     if file.path.suffix.lower() not in READ_SUFFIXES:
         understand_table(file, KINDS["ground"], said)  # which refuses the suffix
