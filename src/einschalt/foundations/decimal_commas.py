@@ -23,6 +23,7 @@ GROUPED = (
     r"|(,\d{3})+\.\d*)$"
 )
 GROUP_BLANKS = r"['\x{2019} \x{a0}\x{2009}\x{202f}]"
+MINUS = "\u2212"
 POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
 
 
@@ -127,7 +128,10 @@ def without_groups(texts):
     ['1310009.37', '5009,2', '1310009.3']
     >>> without_groups(pa.array(["1,310", "1.310", "7 8"])).to_pylist()
     ['1,310', '1.310', '7 8']
+    >>> without_groups(pa.array(["\u221213,5"])).to_pylist()  # the sign of typesetters
+    ['-13,5']
     """
+    texts = pc.replace_substring(texts, MINUS, "-")
     is_grouped = pc.match_substring_regex(texts, GROUPED)
     if not pc.any(is_grouped, min_count=0).as_py():
         return texts

@@ -149,6 +149,22 @@ def require_sound(tmp_path, text):
     raise_problems(check_table(table.frame, CONTROL_POINTS, source="P.txt").problems)
 
 
+def test_one_decimal_comma_among_grouped_points_is_a_fault(tmp_path):
+    """Signs between thousands say nothing of a comma in another row."""
+    rows = ["A;10'009.37;1.5", "B;12.5;1'322.5", "C;2,5;3.5"]
+    table = read(tmp_path, "Nr;E;N\n" + "\n".join(rows) + "\n")
+    (problem,) = check_table(table.frame, CONTROL_POINTS, source="P.txt").problems
+    assert str(problem).startswith("P.txt, row 4, point C: easting '2,5' has a decimal")
+
+
+def test_the_minus_of_typesetters_is_one(tmp_path):
+    table = read(tmp_path, "Nr;E;N\nA;\u221213000,25;+5,5\n")
+    assert table.frame[["easting", "northing"]].to_numpy().tolist() == [
+        [-13000.25, 5.5]
+    ]
+    assert not [note for note in table.notes if "thousands" in note]
+
+
 def test_a_list_without_names_can_be_answered(tmp_path):
     for said in (Said(), AUSTRIA):
         own = {"easting": "column 2", "northing": "column 3"}

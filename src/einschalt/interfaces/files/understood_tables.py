@@ -118,20 +118,25 @@ def _with_points(frame, schema, said, source):
         _refuse_thousands(frame, texts, source)
     if commas.meaning == "none":
         return frame, notes
-    changed = {name: _numbers(values, frame.index) for name, values in texts.items()}
+    changed = {n: _numbers(with_points(v), frame.index) for n, v in texts.items()}
     notes.append(f"{source}: read with decimal commas")
     return frame.assign(**changed), notes
 
 
 def _without_groups(frame, texts, source):
-    """Take out blanks and apostrophes between thousands, which can be nothing else."""
+    """Take out signs between thousands that can be nothing else; minus is a hyphen."""
     plain = {name: without_groups(values) for name, values in texts.items()}
     changed = {n: values for n, values in plain.items() if not values.equals(texts[n])}
     if not changed:
         return frame, texts, []
     numbers = {n: _numbers(values, frame.index) for n, values in changed.items()}
+    is_shorter = any(_n_letters(v) < _n_letters(texts[n]) for n, v in changed.items())
     note = f"{source}: read without the signs between thousands"
-    return frame.assign(**numbers), plain, [note]
+    return frame.assign(**numbers), plain, [note] if is_shorter else []
+
+
+def _n_letters(texts):
+    return pc.sum(pc.utf8_length(texts)).as_py()
 
 
 def _texts(series):
@@ -141,9 +146,8 @@ def _texts(series):
     return pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
 
 
-def _numbers(texts, index):
-    """Numbers with decimal commas; as text where one of them is none."""
-    plain = with_points(texts)
+def _numbers(plain, index):
+    """Numbers with decimal points; as text where one of them is none."""
     known = pc.if_else(pc.equal(plain, ""), pa.scalar(None, pa.string()), plain)
     try:
         values = known.cast(pa.float64())
