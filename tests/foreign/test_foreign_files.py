@@ -90,3 +90,11 @@ def test_drawings_without_points_are_refused_by_their_line_or_their_kind():
         found_in(HERE / "assorted.dxf")
     with pytest.raises(EinschaltError, match="holds no points with a place"):
         found_in(HERE / "cc_dxflib.dxf")
+
+
+def test_other_files_of_opensfm_are_told_from_its_control(tmp_path):
+    path = tmp_path / "control.json"
+    for text in ('[{"cameras": {}}]', '{"points": 3}', "7"):
+        path.write_text(text)
+        with pytest.raises(EinschaltError, match="holds no points as OpenSfM"):
+            found_in(path)

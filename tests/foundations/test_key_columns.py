@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations import key_columns, name_bytes
-from einschalt.foundations.key_columns import is_among, row_codes
+from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.names import is_among
 
 COLUMN = ["0012", "7/8", "12", "7/8", "Ö"]
 

@@ -59,10 +59,7 @@ FAULTS = {
     "decimal comma in quotes": replaced(LOW, "82.5000", '"82,5"'),
     "decimal comma between commas": replaced(LOW, "82.5000", "82,5000"),
     "comma of two meanings": replaced(LOW, "82.5000", '"82,500"'),
-    "thousands parted by commas": replaced(CONTROL, "322500.00", '"322,500.00"'),
-    "thousands parted by blanks": replaced(CONTROL, "322500.00", "322 500.00"),
     "thousands parted by points": replaced(CONTROL, "322500.00", '"322.500,00"'),
-    "Swiss thousands": replaced(CONTROL, "322500.00", "322'500.00"),
     "duplicate point of a model": replaced(LOW, "1,11/12,0013", "1,11/12,0012"),
     "axes of one point exchanged": replaced(
         CONTROL, "13000.00,322500.00", "322500.00,13000.00"
@@ -128,7 +125,9 @@ FAULTS = {
         ),
     ),
     "text after a quote": replaced(LOW, "1,11/12,0013", '1,11/12,"00"13'),
-    "title above the columns": rewritten(LOW, lambda text: "Points of 1971\n" + text),
+    "title in place of the columns": rewritten(
+        LOW, lambda text: "Points of 1971\n" + text.partition("\n")[2]
+    ),
     "decimal comma or thousands": rewritten(
         LOW, lambda text: re.sub(r"[.](\d{3})\d", r",\1", text.replace(",", ";"))
     ),
@@ -280,7 +279,7 @@ def test_all_axes_exchanged_is_said_of_five_points(small_block):
 )
 def test_ten_thousand_wrong_rows_are_said_once_and_in_time(small_block, bad, said):
     rows = "".join(
-        f"1,11/12,N{k},{bad if k < 10_000 else 1},1\n" for k in range(20_000)
+        f"1,11/12,N{k},{bad if k < 10_000 else 1.0},1\n" for k in range(20_000)
     )
     small_block.write(LOW, small_block.read(LOW) + rows)
     started = time.process_time()

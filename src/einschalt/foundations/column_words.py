@@ -122,6 +122,13 @@ KINDS = {
         "it": "puntonuovo puntodilegame",
     },
 }
+# systems and ways of measuring that programs write behind E, N and H
+ENDING = re.compile(
+    r"[\s_.,:/(\[-]+(gnss|gps|rtk|utm\d*[a-z]?|gk\d*|m(28|31|34)|mgi|dhdn|bmn|lv(03|95)"
+    r"|ch1903\+?|lambert93|l93|rgf93|etrs\d*|adria|nhn|dhhn\d*|ln02|evrf\d*)"
+    r"[)\]]?$",
+    re.IGNORECASE,
+)
 UNITS = {"m": "metres", "mm": "millimetres", "deg": "degrees", "°": "degrees"}
 UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
 NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
@@ -172,6 +179,7 @@ class Meant:
     is_german: bool = False
     # a Y and an X stand in the header, called northing and easting for the time being
     letters: tuple[str, str] | None = None
+    is_by_place: bool = False  # there are no names; the letters are positions
 
 
 def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
@@ -213,6 +221,28 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
     )
 
 
+def columns_by_place(names, usual, schema, given=None, *, source="") -> Meant:
+    """Understand a list of points whose columns have no names.
+
+    ``names`` are made of their positions, ``usual`` has what is no coordinate, and
+    ``given`` goes before it. Two numbers follow the name of the point: which of them is
+    the easting is open.
+    """
+    given = given or {}
+    taken = {n: said for n, said in usual.items() if said not in given.values()}
+    meant = columns_meant(names, schema, taken | given, source=source)
+    if set(PLANE) & set(given):
+        return meant
+    places = dict(zip(PLANE, names[1:3], strict=True))
+    renamed = {said: name for name, said in places.items()}
+    return Meant(
+        tuple(renamed.get(name, name) for name in meant.names),
+        meant.translated | places,
+        letters=(places["northing"], places["easting"]),
+        is_by_place=True,
+    )
+
+
 def _place(item):
     return item[1]
 
@@ -242,9 +272,20 @@ def _given(names, schema, given, where):
 def _candidates(names, rest, schema, name):
     """Columns that may be one of the schema's; the strongest words alone."""
     unit = next(column.unit for column in schema.columns if column.name == name)
+    words = {place: _word_in(names[place], unit) for place in rest}
+    found = _fitting(words, name)
+    if not found:  # only then the system behind the word is left out
+        plain = {place: _word_in(_without_ending(names[place]), unit) for place in rest}
+        found = _fitting(plain, name)
+    strong = [one for one in found if one[0]]
+    best = min((rank for _, _, rank in found), default=0)
+    return strong or [one for one in found if one[2] == best]
+
+
+def _fitting(words, name):
+    """Language, position and rank of the words that mean one of the schema's names."""
     found = []
-    for place in rest:
-        word = _word_in(names[place], unit)
+    for place, word in words.items():
         if word is None:
             continue
         key = (name, word)
@@ -252,9 +293,18 @@ def _candidates(names, rest, schema, name):
             found.append((COLUMN_WORDS[key][0], place, COLUMN_WORDS[key][1]))
         elif word == folded(name):
             found.append(("en", place, 0))
-    strong = [one for one in found if one[0]]
-    best = min((rank for _, _, rank in found), default=0)
-    return strong or [one for one in found if one[2] == best]
+    return found
+
+
+def _without_ending(name):
+    """Name without the system that some programs write behind it.
+
+    >>> _without_ending("Y GK M34"), _without_ending("E_GNSS"), _without_ending("GNSS")
+    ('Y', 'E', 'GNSS')
+    """
+    while (plain := ENDING.sub("", name)) != name:
+        name = plain
+    return name
 
 
 def _word_in(name, unit):
@@ -295,18 +345,20 @@ def _letters(names, rest, schema, taken):
     if has_plane or not set(PLANE) <= set(schema.names):
         return None
     unit = next(c.unit for c in schema.columns if c.name in PLANE)
-    found = {
-        letter: [k for k in rest if _word_in(names[k], unit) in words.split()]
-        for letter, words in LETTERS.items()
-    }
-    if any(len(places) != 1 for places in found.values()):
-        return None
-    return {letter: places[0] for letter, places in found.items()}
+    for shown in (names, [_without_ending(name) for name in names]):
+        found = {
+            letter: [k for k in rest if _word_in(shown[k], unit) in words.split()]
+            for letter, words in LETTERS.items()
+        }
+        if all(len(places) == 1 for places in found.values()):
+            return {letter: places[0] for letter, places in found.items()}
+    return None
 
 
 def _untangle_h(names, schema, taken):
     """R and H are Rechtswert and Hochwert, and H is no height then."""
-    words = [folded(name) for name in names]
+    unit = next((c.unit for c in schema.columns if c.name in PLANE), "")
+    words = [_word_in(name, unit) for name in names]
     if "easting" in taken or "northing" in taken or "r" not in words:
         return
     if "h" in words and set(PLANE) <= set(schema.names) and not set(PLANE) & {*names}:

@@ -5,14 +5,25 @@ number that can be nothing else speaks for its table, since a program writes all
 alike; a decimal point in its own column speaks against.
 """
 
+import re
 from dataclasses import dataclass
 
 import pyarrow.compute as pc
 
+from einschalt.foundations.number_parsing import is_number
+
 # also with points between thousands, which leave the comma one meaning
 DECIMAL = r"^[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eE][+-]?\d+)?$"
+MEASURE = re.compile(DECIMAL)
 OF_TWO_MEANINGS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 PARTED = r"^[+-]?[1-9]\d{0,2}\.\d{3}$"  # by a decimal point, or into thousands
+# thousands parted by blanks or apostrophes, or by commas before a decimal point
+GROUPED = (
+    r"^[+-]?[1-9]\d{0,2}((['\x{2019} \x{a0}\x{2009}\x{202f}]\d{3})+([.,]\d*)?"
+    r"|(,\d{3})+\.\d*)$"
+)
+GROUP_BLANKS = r"['\x{2019} \x{a0}\x{2009}\x{202f}]"
+MINUS = "\u2212"
 POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
 
 
@@ -107,6 +118,36 @@ def with_points(texts):
     is_comma = pc.match_substring_regex(texts, DECIMAL)
     whole = pc.replace_substring(texts, ".", "")
     return pc.if_else(is_comma, pc.replace_substring(whole, ",", "."), texts)
+
+
+def without_groups(texts):
+    """Numbers as text without signs between thousands that can be nothing else.
+
+    >>> import pyarrow as pa
+    >>> without_groups(pa.array(["1'310'009.37", "5 009,2", "1,310,009.3"])).to_pylist()
+    ['1310009.37', '5009,2', '1310009.3']
+    >>> without_groups(pa.array(["1,310", "1.310", "7 8"])).to_pylist()
+    ['1,310', '1.310', '7 8']
+    >>> without_groups(pa.array(["\u221213,5"])).to_pylist()  # the sign of typesetters
+    ['-13,5']
+    """
+    texts = pc.replace_substring(texts, MINUS, "-")
+    is_grouped = pc.match_substring_regex(texts, GROUPED)
+    if not pc.any(is_grouped, min_count=0).as_py():
+        return texts
+    has_point = pc.match_substring(texts, ".")
+    plain = pc.replace_substring_regex(texts, GROUP_BLANKS, "")
+    plain = pc.if_else(has_point, pc.replace_substring(plain, ",", ""), plain)
+    return pc.if_else(is_grouped, plain, texts)
+
+
+def is_measure(text):
+    """Whether a text is a number, with a decimal point or a decimal comma.
+
+    >>> is_measure("13082.674"), is_measure("1.310.009,37"), is_measure("7/8")
+    (True, True, False)
+    """
+    return is_number(text) or MEASURE.match(text) is not None
 
 
 def _has_points(texts):

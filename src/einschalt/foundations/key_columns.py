@@ -11,16 +11,6 @@ MANY = 50_000  # rows from which compiled code is worth its start
 TIDY = r"(?s)\A[!-~](.*[!-~])?\z"  # begins and ends as in name_bytes
 
 
-def is_among(names, known):
-    """Whether each name occurs among others.
-
-    >>> is_among(["0012", "12"], ["12", "7/8"]).tolist()
-    [False, True]
-    """
-    coded = encode(names)
-    return (encode(known).locate(coded) >= 0)[coded.codes]
-
-
 def rows_among(table, others, names):
     """Whether the names of each row stand together in a row of another table.
 

@@ -107,7 +107,7 @@ def is_among(names, others):
     >>> is_among(["7/8", "0012"], ["0012", "13"]).tolist()
     [False, True]
     """
-    found = pc.is_in(_text(names), value_set=_text(others).unique())
+    found = pc.is_in(_text(names), value_set=_text(others))
     return found.to_numpy(zero_copy_only=False)
 
 

@@ -128,6 +128,8 @@ def test_a_bad_cell_is_said_before_anything_is_guessed(invoke, export, tmp_path,
     [
         ("Punkt;Rechtswert;Hochwert\nA;1,234;322,001\n", "1.234 or 1234?", "decimal ,"),
         ("point_id,x,y\n7,3,4\n", "which of them is the easting?", "easting and --n"),
+        ("1971; A8\nModell;Punkt;x;y\n1;A;1,234;2\n", "1.234 or 1234?", "decimal ,"),
+        ("A 3.5 4.5\nB 4.5 5.5\n", "which of 'column 2' and", "easting and --n"),
     ],
 )
 def test_questions_name_the_options_that_answer_them(
@@ -190,3 +192,87 @@ def test_init_writes_the_schema_beside(invoke, tmp_path):
     text = (tmp_path / "b" / "block.toml").read_text(encoding="utf-8")
     assert text.startswith("#:schema block.schema.json\n")
     assert json.loads((tmp_path / "b" / "block.schema.json").read_text())["properties"]
+
+
+def test_a_sheet_or_a_layer_can_be_named_behind_its_file(invoke, export, tmp_path):
+    """Two tables of control: which of them is meant is asked, and can be answered."""
+    columns = pyogrio.read_dataframe(export / "Punkte.xlsx")
+    for file, driver, title in (
+        ("P.xlsx", "XLSX", "Blatt"),
+        ("P.gpkg", "GPKG", "Punkte"),
+    ):
+        for part in (f"{title} 1", f"{title} 2"):
+            pyogrio.write_arrow(
+                pa.table({name: columns[name].tolist() for name in columns}),
+                tmp_path / file,
+                layer=part,
+                driver=driver,
+                geometry_name=None,
+                append=(tmp_path / file).exists(),
+            )
+        flights = [export / name for name in FLIGHTS]
+        rest = [*flights, "--crs", "EPSG:31255", *KNOWN]
+        both = invoke("init", tmp_path / file[2:], "--from", tmp_path / file, *rest)
+        assert both.exit_code == 2
+        assert "could all be the control points" in both.stderr
+        assert "FILE:NAME" in both.stderr
+        one = f"{tmp_path / file}:{title} 2"
+        shown = invoke("init", tmp_path / file[2:], "--from", one, *rest)
+        assert shown.exit_code == 0, shown.stderr
+        assert f"{file}, {title} 2 (ground points" in shown.stdout
+
+
+def test_points_of_a_package_are_found_beside_areas(invoke, export, tmp_path):
+    shutil.copy(export / "Punkte.gpkg", tmp_path / "P.gpkg")
+    area = pa.table({"name": ["a"], "g": [shapely.to_wkb(shapely.box(0, 0, 1, 1))]})
+    options = {"geometry_name": "g", "geometry_type": "Polygon", "crs": "EPSG:31255"}
+    pyogrio.write_arrow(
+        area, tmp_path / "P.gpkg", layer="area", driver="GPKG", append=True, **options
+    )
+    flights = [export / name for name in FLIGHTS]
+    shown = invoke(
+        "init", tmp_path / "new", "--from", tmp_path / "P.gpkg", *flights, *KNOWN
+    )
+    assert shown.exit_code == 0, shown.stderr
+    assert "P.gpkg, Punkte (ground points" in shown.stdout
+
+
+def test_points_in_degrees_give_scales_and_need_a_system(invoke, export, tmp_path):
+    layer = pyogrio.read_dataframe(export / "Punkte.gpkg").to_crs("EPSG:4326")
+    layer.to_file(tmp_path / "P.geojson", driver="GeoJSON")
+    rest = [*(export / name for name in FLIGHTS), *KNOWN, "--crs", "EPSG:31255"]
+    shown = invoke("init", tmp_path / "new", "--from", tmp_path / "P.geojson", *rest)
+    assert "scale_number = 15000: 7 models against the ground" in shown.stdout
+    assert "scale_number = 8000: " in shown.stdout
+    table = layer[["Punktnummer"]].assign(lon=layer.geometry.x, lat=layer.geometry.y)
+    table.to_csv(tmp_path / "P.csv", index=False)
+    refused = invoke("init", tmp_path / "old", "--from", tmp_path / "P.csv", *rest)
+    assert refused.exit_code == 2
+    assert "P.csv: holds longitudes and latitudes, and nothing tells" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        (
+            "P.zip",
+            b"PK\x03\x04",
+            "is a zip archive; expected CSV, .xlsx or .gpkg. Unpack",
+        ),
+        ("P.xls", b"\xd0\xcf\x11\xe0", "is an old Excel workbook"),
+        ("P.koo", b"A 1 2\n", "suffix '.koo' is unknown; expected .csv, .txt"),
+    ],
+)
+def test_files_that_are_no_tables_are_told_by_what_they_are(
+    invoke, tmp_path, name, data, said
+):
+    (tmp_path / name).write_bytes(data)
+    refused = invoke("init", tmp_path / "new", "--from", tmp_path / name, "--yes")
+    assert refused.exit_code == 2
+    assert said in refused.stderr
+
+
+def test_a_folder_is_to_be_converted_first(invoke, tmp_path):
+    refused = invoke("init", tmp_path / "new", "--from", tmp_path, "--yes")
+    assert refused.exit_code == 2
+    assert "is a folder; expected files. Convert a folder of COLMAP" in refused.stderr

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, FileError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
-from einschalt.interfaces.files import csv_tables
+from einschalt.interfaces.files import csv_parts
 from einschalt.interfaces.files.csv_tables import (
     _without_apostrophes,
     read_csv,
@@ -386,8 +386,8 @@ def test_a_million_rows_are_read_and_checked_in_seconds(tmp_path, million_rows):
 def test_parts_of_a_table_read_at_once_are_the_whole(
     tmp_path, monkeypatch, n_cores, ends
 ):
-    monkeypatch.setattr(csv_tables, "BYTES_WORTH_A_THREAD", 8)
-    monkeypatch.setattr(csv_tables, "n_cores", lambda: n_cores)
+    monkeypatch.setattr(csv_parts, "BYTES_WORTH_A_THREAD", 8)
+    monkeypatch.setattr(csv_parts, "n_cores", lambda: n_cores)
     for n_rows in (*range(1, 12), 100):
         rows = [f"1,m{k % 3},P{k}{'x' * (k % 5)},{k},{k / 4}" for k in range(n_rows)]
         text = HEADER + "".join(f"{row}\n" for row in rows)

@@ -124,7 +124,7 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
         ),
         ("g.json", '{"points": [', r"g\.json, row 1: is no whole JSON"),
         ("g.json", '{"points": [{"id": 1}]}', "holds no measurement"),
-        ("g.json", '{"points": [{}]}', "is no list of control points"),
+        ("g.json", '{"points": [{}]}', "holds no points as OpenSfM writes them"),
     ],
 )
 def test_damaged_files_are_refused_with_line_and_remedy(tmp_path, name, text, said):

@@ -1,21 +1,31 @@
 """The line of a CSV table that names its columns.
 
-Blank lines and comments may stand before it, and it may be a comment itself, as some
-programs write it.
+Blank lines, comments and titles may stand before it, and it may be a comment itself, as
+some programs write it. A list of points may have none.
 """
 
 import csv
 import io
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.header_rows import (
+    HEAD_ROWS,
+    is_list_of_points,
+    place_of_header,
+    usual_places,
+    with_units,
+)
 from einschalt.interfaces.files.input_files import HEAD_BYTES
 from einschalt.interfaces.files.understood_tables import is_header
 
-SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 COMMENT = "#"
+HEAD_COMMENTS = (COMMENT, "%", "//", "!")  # the others before the names only
+SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?\s*', re.IGNORECASE)  # of Excel
+BLANK = " "
 BLANKS = re.compile(rb"[ \t]+")
 MOST_COLUMNS = 1000
 
@@ -27,42 +37,120 @@ class Header:
     names: list[str]
     separator: str
     row: int  # its line
-    is_first: bool  # whether only comments stand before it
+    end: int  # the last line before the values
+    # of a list without names: positions of what is no coordinate
+    usual: dict | None = field(default=None)
 
 
-def read_header(data, schema, source):
+def read_header(data, schema, said, source):
     """Find the line of the names; columns parted by blanks are parted by tabs then."""
-    lines = io.StringIO(
+    row, lines, comment, separator = _head(data)
+    header = _known(lines, row, separator, schema, said)
+    if header is None and comment is not None and lines:
+        header = _in_comment(comment, lines[0], separator, row, schema)
+    header = header or _missing(lines, row, separator, schema)
+    header = header or _first(lines, row, separator, schema, source)
+    if (
+        any(header.names) and header.names.count("") > 1
+    ):  # separators end the line, and name no column
+        while header.names[-1] == "":
+            header.names.pop()
+    if header.separator != BLANK:
+        return data, header
+    data = b"\n".join(BLANKS.sub(b"\t", one.strip()) for one in data.splitlines())
+    return data, Header(header.names, "\t", header.row, header.end, header.usual)
+
+
+def _head(data):
+    """The first line that is no comment, and those below it.
+
+    Its number, the lines, the comment before it (number, text), and the separator that
+    a line of its own names.
+    """
+    text = io.StringIO(
         data[:HEAD_BYTES].decode("utf-8", errors="replace"), newline=None
     )
-    row, line, is_first, comment = 0, "", True, None
-    for row, line in enumerate(lines, 1):
-        if not line.startswith(COMMENT):
-            is_first &= bool(line.strip())
-            if line.strip():
-                break
-        comment = row, line.removeprefix(COMMENT)
-    words = line.split()
-    counts = {separator: line.count(separator) for separator in SEPARATORS}
-    separator = max(counts, key=counts.get)
-    if not any(counts.values()) and len(words) > 1 and is_header(words, schema):
-        names = [word.encode() for word in words]
-        data = b"\n".join(BLANKS.sub(b"\t", one.strip()) for one in data.splitlines())
-        return data, Header([n.decode() for n in names], "\t", row, is_first)
-    names = _parted(line, separator)
-    if comment is not None and not is_header(names, schema):
-        above = _parted(comment[1], separator)
-        if len(above) == len(names) and is_header(above, schema):
-            return data, Header(above, separator, comment[0], is_first)
-    _refuse_header(names, line, separator, {"file": source, "row": row})
-    return data, Header(names, separator, row, is_first)
+    first, lines, comment, separator = 0, [], None, None
+    for row, line in enumerate(text, 1):
+        named = SEPARATOR_LINE.fullmatch(line)
+        sign = next((one for one in HEAD_COMMENTS if line.startswith(one)), None)
+        if lines:
+            lines.append(line)
+        elif named:
+            separator = named[1]
+        elif sign is not None:
+            comment = row, line.removeprefix(sign)
+        elif line.strip():
+            first, lines = row, [line]
+        if len(lines) > HEAD_ROWS:
+            break
+    return first, lines, comment, separator
+
+
+def _separator_of(line):
+    # commas may be decimal: of two signs as frequent, the other one parts columns
+    counts = {sign: line.count(sign) for sign in reversed(SEPARATORS)}
+    return max(counts, key=counts.get) if any(counts.values()) else BLANK
 
 
 def _parted(line, separator):
+    if separator == BLANK:
+        return line.split()
     try:
         return [name.strip() for name in next(csv.reader([line], delimiter=separator))]
-    except csv.Error:
+    except (csv.Error, StopIteration):
         return [""] * (MOST_COLUMNS + 1)
+
+
+def _known(lines, row, separator, schema, said):
+    """Names of which all required columns are known; None where no line has them."""
+    separators = [separator or _separator_of(line) for line in lines]
+    rows = [_parted(*pair) for pair in zip(lines, separators, strict=True)]
+    found = place_of_header(rows, schema, said)
+    if found is None:
+        return None
+    place, names = found
+    parted = separators[place]
+    end = row + place
+    units = (
+        with_units(names, _parted(lines[place + 1], parted))
+        if rows[place + 1 :]
+        else None
+    )
+    return Header(units or names, parted, row + place, end + (units is not None))
+
+
+def _in_comment(comment, line, separator, row, schema):
+    """Names in the last comment before the values; None where there are none."""
+    separator = separator or _separator_of(line)
+    names, above = _parted(line, separator), _parted(comment[1], separator)
+    is_named = not is_header(names, schema) and is_header(above, schema)
+    if not is_named or len(above) != len(names):
+        return None
+    return Header(above, separator, comment[0], row - 1)
+
+
+def _missing(lines, row, separator, schema):
+    """Positions in place of names, where points are listed without them."""
+    separator = separator or _separator_of(lines[0] if lines else "")
+    cells = _parted(lines[0], separator) if lines else []
+    if not is_list_of_points(cells, schema):
+        return None
+    names = [f"column {k}" for k in range(1, len(cells) + 1)]
+    usual = {n: names[k] for n, k in usual_places(cells, schema).items()}
+    return Header(names, separator, row, row - 1, usual)
+
+
+def _first(lines, row, separator, schema, source):
+    """The first line as it stands; refused where it is no line of names."""
+    line = lines[0] if lines else ""
+    separator = separator or _separator_of(line)
+    words = line.split()
+    if separator == BLANK and not (len(words) > 1 and is_header(words, schema)):
+        separator = ","
+    names = _parted(line, separator) if line else [""]
+    _refuse_header(names, line, separator, {"file": source, "row": row})
+    return Header(names, separator, row, row)
 
 
 def _refuse_header(names, line, separator, where):

@@ -15,29 +15,28 @@ apostrophe before it, which reading takes away again: names come back as they we
 import csv
 import io
 import re
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
-from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import csv as arrow_csv
 
-from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import (
     TableError,
     name_some,
     raise_problems,
 )
-from einschalt.foundations.key_columns import are_tidy
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.csv_headers import COMMENT, SEPARATORS, read_header
+from einschalt.interfaces.files.csv_parts import (
+    count_byte,
+    read_fast,
+    start_of_line,
+)
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.files.understood_tables import (
     COMMA,
@@ -48,7 +47,9 @@ from einschalt.interfaces.files.understood_tables import (
 )
 
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
-QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""')
+QUOTE_IN_TEXT = re.compile(
+    rb'[^,;|\t\r\n"]"[^,;|\t\r\n"]|""[^,;|\t\r\n"]|[^,;|\t\r\n"]""'
+)
 SPECIAL = '",\r\n'
 NEEDS_QUOTES = f"[{SPECIAL}]|^{COMMENT}"
 SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
@@ -60,9 +61,8 @@ INNER_FORMULA = f"(; *)('*[\t\r]*[{SIGNS}])"
 INNER_MARKED = f"(; *)'('*[\t\r]*[{SIGNS}])"
 # an apostrophe of our own, or one that would be taken for it
 MARKED = f"^'('*[\t\r{SIGNS}])"
+END_OF_DOS = b"\x1a"  # Ctrl-Z, with which old programs end a text
 LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
-BLOCK_BYTES = 2**19  # a block and what is made of it fit into the caches
-BYTES_WORTH_A_THREAD = 2**21
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print
 
 
@@ -83,27 +83,26 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     """
     source = source or Path(path).name
     data, note = read_table_text(path, source)
-    data, header = read_header(data, schema, source)
-    meant = meant_header(header.names, schema, said, source, header.row)
+    data = data.removesuffix(END_OF_DOS)
+    data, header = read_header(data, schema, said, source)
+    meant = meant_header(
+        header.names, schema, said, source, header.row, usual=header.usual
+    )
     header = replace(header, names=list(meant.names))
     frame, rows = None, None
-    may_have_commas = header.separator != ","
+    may_have_commas = header.separator != "," or b'"' in data
     # with decimal commas a point is a question, which a number no longer asks
     is_text = may_have_commas and said.decimal == COMMA
     if _is_plain(data, header):
         # then all as text, to be quoted
         for numbers in ([] if is_text else schema.number_names, []):
-            frame = (
-                _read_fast(data, header, schema, numbers) if frame is None else frame
-            )
+            frame = read_fast(data, header, schema, numbers) if frame is None else frame
     if frame is None:
         rows = _Rows(header, source)
         frame = rows.read(data)
     if b"'" in data:
         frame = _without_apostrophes(frame, schema)
-    table = understood(
-        frame, schema, said, meant, source, may_have_commas=may_have_commas
-    )
+    table = understood(frame, schema, said, meant, source)
     notes = [note, *table.notes]
     if rows is not None:
         rows.raise_problems(table.frame, schema)
@@ -128,10 +127,9 @@ def _without_apostrophes(frame, schema):
 def _is_plain(data, header):
     """Whether pyarrow would not pass over anything that must be said."""
     # single bytes are found ten times as fast as pairs of them
-    n_returns = b"\r" in data and _count(data, b"\r")
+    n_returns = b"\r" in data and count_byte(data, b"\r")
     return (
-        header.is_first
-        and len(set(header.names)) == len(header.names)
+        len(set(header.names)) == len(header.names)
         and (not n_returns or n_returns == data.count(b"\r\n"))
         and not (b'"' in data and QUOTE_IN_TEXT.search(data))
         and not (b"#" in data and _has_comment(data, header))
@@ -139,95 +137,7 @@ def _is_plain(data, header):
 
 
 def _has_comment(data, header):
-    return data.find(b"\n#", _start_of_line(data, header.row + 1) - 1) >= 0
-
-
-def _start_of_line(data, row):
-    """Position of the first byte of a line, of the end where there are fewer."""
-    place = 0
-    for _ in range(row - 1):
-        place = data.find(b"\n", place) + 1
-        if place == 0:
-            return len(data)
-    return place
-
-
-def _read_fast(data, header, schema, numbers):
-    """Read with pyarrow; None where anything is out of the ordinary."""
-    read = partial(_read_part, header=header, schema=schema, numbers=numbers)
-    parts = _parts(data, header)
-    # a thread for each part keeps cores busier than pyarrow's own, block by block
-    try:
-        with ThreadPoolExecutor(len(parts)) as pool:
-            tables = list(pool.map(read, parts))
-    except pa.ArrowInvalid:
-        return None
-    if any(table is None for table in tables):
-        return None
-    frame = pa.concat_tables(tables).to_pandas()
-    first = header.row + 1
-    frame.index = pd.RangeIndex(first, len(frame) + first, name=LINE)
-    return frame
-
-
-def _parts(data, header):
-    """Lines after the header, in as many parts as there are cores; no copies."""
-    end = len(data)
-    while end and data[end - 1] in b"\r\n":  # rstrip would copy all of it
-        end -= 1
-    start = min(_start_of_line(data, header.row + 1), end)
-    n_parts = min(n_cores(), (end - start) // BYTES_WORTH_A_THREAD)
-    if b'"' in data:  # a line end may stand in quotes
-        n_parts = 1
-    wanted = [start + (end - start) * k // n_parts for k in range(1, n_parts)]
-    inner = {data.find(b"\n", place, end) + 1 or end for place in wanted}
-    edges = [start, *sorted(inner - {start, end}), end]
-    lines = pa.py_buffer(data)
-    return [lines.slice(a, b - a) for a, b in pairwise(edges)]
-
-
-def _read_part(lines, header, schema, numbers):
-    """Read some of the lines; None where a value or a line must be looked at."""
-    table = arrow_csv.read_csv(
-        pa.BufferReader(lines),
-        read_options=arrow_csv.ReadOptions(
-            column_names=header.names, block_size=BLOCK_BYTES, use_threads=False
-        ),
-        parse_options=arrow_csv.ParseOptions(
-            delimiter=header.separator, ignore_empty_lines=False
-        ),
-        convert_options=arrow_csv.ConvertOptions(
-            column_types={
-                name: pa.float64() if name in numbers else pa.string()
-                for name in header.names
-            },
-            null_values=[""],
-            strings_can_be_null=False,
-        ),
-    )
-    n_lines = _count(lines, b"\n") + (lines[-1:].to_pybytes() != b"\n")
-    is_plain = table.num_rows == n_lines
-    if not is_plain or not all(_is_clean(table, column) for column in schema.columns):
-        return None
-    return table
-
-
-def _count(data, sign):
-    """How often one byte occurs; five times as fast as bytes.count."""
-    return int(np.count_nonzero(np.frombuffer(data, np.uint8) == ord(sign)))
-
-
-def _is_clean(table, column):
-    """Whether numbers are finite or left out, and no name is missing."""
-    if column.name not in table.column_names:
-        return True
-    values = table[column.name]
-    if pa.types.is_floating(values.type):
-        return pc.all(pc.is_finite(values), min_count=0).as_py()
-    is_optional = column.kind == "number" or not column.is_required
-    if is_optional or are_tidy(values):
-        return True
-    return is_optional or pc.all(pc.not_equal(values, ""), min_count=0).as_py()
+    return data.find(b"\n#", start_of_line(data, header.end + 1) - 1) >= 0
 
 
 class _Rows:
@@ -252,7 +162,7 @@ class _Rows:
         try:
             for row in reader:
                 self.is_open = False
-                if line > self.header.row and any(value.strip() for value in row):
+                if line > self.header.end and any(value.strip() for value in row):
                     self._keep(row, line, reader.line_num)
                 line = reader.line_num + 1
         except csv.Error as error:
@@ -266,9 +176,12 @@ class _Rows:
         """Lines of a text, comments as empty ones."""
         text = io.StringIO(data.decode("utf-8"), newline="")
         for row, line in enumerate(text, 1):
+            if row <= self.header.end:
+                yield "\n"  # titles may have quotes that nobody closes
+                continue
             is_comment = line.startswith(COMMENT) and not self.is_open
             self.is_open = True
-            if is_comment and row > self.header.row:
+            if is_comment:
                 self.comments.append(row)
             yield "\n" if is_comment else line
 
@@ -289,6 +202,9 @@ class _Rows:
             raise_problems(sorted(problems, key=lambda one: one.row or last))
 
     def _keep(self, row, line, last_line):
+        n_columns = len(self.header.names)
+        if len(row) > n_columns and not any(row[n_columns:]):
+            row = row[:n_columns]  # some programs end each line with a separator
         if len(row) == len(self.header.names):
             self.rows.append(row)
             self.lines.append(line)

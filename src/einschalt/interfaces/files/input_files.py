@@ -14,8 +14,9 @@ from einschalt.foundations.errors import ChangedFileError, FileError, name_some
 from einschalt.foundations.system_errors import reason_of
 from einschalt.pipeline.block.memory import allowed_bytes
 
+ZIP = b"PK\x03\x04"
 SIGNATURES = {
-    b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),
+    ZIP: ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),
     b"\xd0\xcf\x11\xe0": ("is an old Excel workbook", "Save the sheet as CSV UTF-8"),
     b"PAR1": ("is a Parquet file", "Give it the suffix .parquet"),
     b"\x1f\x8b": ("is compressed with gzip", "Unpack it"),
@@ -209,9 +210,7 @@ def read_text_bytes(path, source):
 
 def require_text(data, source):
     """See that bytes are UTF-8 text and not empty; without a byte order mark."""
-    for signature, (found, remedy) in SIGNATURES.items():
-        if data.startswith(signature):
-            raise FileError(found, expected="UTF-8 text", remedy=remedy, file=source)
+    refuse_other_kinds(data, source, "UTF-8 text")
     if b"\0" in data:
         raise FileError(
             "holds NUL bytes, so it is no text",
@@ -229,6 +228,17 @@ def require_text(data, source):
     if not data.isascii():
         _require_utf8(data, source)
     return data
+
+
+def refuse_other_kinds(data, source, expected):
+    """Refuse what its first bytes show to be no table of text, and say what it is."""
+    if data.startswith(ZIP) and source.lower().endswith(".zip"):
+        raise FileError(
+            "is a zip archive", expected=expected, remedy="Unpack it", file=source
+        )
+    for signature, (found, remedy) in SIGNATURES.items():
+        if data.startswith(signature):
+            raise FileError(found, expected=expected, remedy=remedy, file=source)
 
 
 def _require_utf8(data, source):

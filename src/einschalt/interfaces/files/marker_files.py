@@ -275,7 +275,7 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
                 pixels = x * side + (wide - 1) / 2, y * side + (high - 1) / 2
                 rows.append((image, name, *pixels))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _damaged(source, f"is no list of control points: {error}") from error
+        raise _damaged(source, "holds no points as OpenSfM writes them") from error
     if unknown:
         raise FileError(
             f"the size of image {min(unknown)} is unknown",

@@ -82,7 +82,7 @@ def understand_parquet(path, schema, said=NOTHING_SAID, *, source=None) -> ReadT
         layer = _layer_of(frame, place, source)
         return points_of(layer, schema, said, source)
     frame.columns = list(meant.names)
-    return understood(frame, schema, said, meant, source, may_have_commas=True)
+    return understood(frame, schema, said, meant, source)
 
 
 def _layer_of(frame, place, source):

@@ -255,7 +255,7 @@ def points_of(layer, schema, said, source) -> ReadTable:
     elif layer.geometry is not None:
         frame, meant, note = _with_geometry(frame, layer, meant, schema, source)
         notes.append(note)
-    table = understood(frame, schema, said, meant, source, may_have_commas=True)
+    table = understood(frame, schema, said, meant, source)
     return ReadTable(table.frame, (*notes, *table.notes), crs)
 
 

@@ -16,6 +16,7 @@ from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.column_words import (
     GEODETIC,
     PLANE,
+    columns_by_place,
     columns_meant,
     kind_of,
     translation_note,
@@ -24,6 +25,7 @@ from einschalt.foundations.decimal_commas import (
     meaning_of_commas,
     point_of_two_meanings,
     with_points,
+    without_groups,
 )
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, TableError, name_some
@@ -61,8 +63,13 @@ class ReadTable:
     crs: str | None = None  # of its coordinates, where the file states one
 
 
-def meant_header(names, schema, said, source, row=None):
-    """Understand the names of the columns, as :func:`columns_meant` does."""
+def meant_header(names, schema, said, source, row=None, *, usual=None):
+    """Understand the names of the columns, as :func:`columns_meant` does.
+
+    ``usual``: of a list without names, what is known beside its two coordinates.
+    """
+    if usual is not None:
+        return columns_by_place(names, usual, schema, said.columns, source=source)
     known = set(schema.names)
     if not said.columns and known.issuperset(names):
         required = {c.name for c in schema.columns if c.is_required}
@@ -71,16 +78,12 @@ def meant_header(names, schema, said, source, row=None):
     return columns_meant(names, schema, said.columns, source=source, row=row)
 
 
-def understood(frame, schema, said, meant, source, *, may_have_commas) -> ReadTable:
+def understood(frame, schema, said, meant, source) -> ReadTable:
     """Understand values: decimal commas, the axes of Y and X, kinds of points.
 
-    ``frame`` has the names of ``meant``; ``may_have_commas``: no comma parts its
-    columns. A TableError where something has two meanings.
+    ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
-    notes = []
-    if may_have_commas:
-        frame, note = _with_points(frame, schema, said, source)
-        notes.append(note)
+    frame, notes = _with_points(frame, schema, said, source)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:
         frame, note = _with_axes(frame, said, meant, source)
@@ -95,7 +98,7 @@ def understood(frame, schema, said, meant, source, *, may_have_commas) -> ReadTa
 
 
 def _with_points(frame, schema, said, source):
-    """The frame with decimal points, where it has decimal commas."""
+    """The frame with decimal points, where it has decimal commas, and notes."""
     names = [
         name
         for name in schema.number_names
@@ -103,8 +106,9 @@ def _with_points(frame, schema, said, source):
         and not pd.api.types.is_numeric_dtype(frame[name])
     ]
     texts = {name: _texts(frame[name]) for name in names}
+    frame, texts, notes = _without_groups(frame, texts, source)
     if said.decimal == POINT:
-        return frame, None
+        return frame, notes
     commas = meaning_of_commas(texts)
     if commas.meaning == "mixed":
         raise _few_points(frame, commas, source)
@@ -113,9 +117,26 @@ def _with_points(frame, schema, said, source):
     if commas.meaning == "decimal" or said.decimal == COMMA:
         _refuse_thousands(frame, texts, source)
     if commas.meaning == "none":
-        return frame, None
-    changed = {name: _numbers(values, frame.index) for name, values in texts.items()}
-    return frame.assign(**changed), f"{source}: read with decimal commas"
+        return frame, notes
+    changed = {n: _numbers(with_points(v), frame.index) for n, v in texts.items()}
+    notes.append(f"{source}: read with decimal commas")
+    return frame.assign(**changed), notes
+
+
+def _without_groups(frame, texts, source):
+    """Take out signs between thousands that can be nothing else; minus is a hyphen."""
+    plain = {name: without_groups(values) for name, values in texts.items()}
+    changed = {n: values for n, values in plain.items() if not values.equals(texts[n])}
+    if not changed:
+        return frame, texts, []
+    numbers = {n: _numbers(values, frame.index) for n, values in changed.items()}
+    is_shorter = any(_n_letters(v) < _n_letters(texts[n]) for n, v in changed.items())
+    note = f"{source}: read without the signs between thousands"
+    return frame.assign(**numbers), plain, [note] if is_shorter else []
+
+
+def _n_letters(texts):
+    return pc.sum(pc.utf8_length(texts)).as_py()
 
 
 def _texts(series):
@@ -125,9 +146,8 @@ def _texts(series):
     return pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
 
 
-def _numbers(texts, index):
-    """Numbers with decimal commas; as text where one of them is none."""
-    plain = with_points(texts)
+def _numbers(plain, index):
+    """Numbers with decimal points; as text where one of them is none."""
     known = pc.if_else(pc.equal(plain, ""), pa.scalar(None, pa.string()), plain)
     try:
         values = known.cast(pa.float64())
@@ -186,7 +206,7 @@ def _with_axes(frame, said, meant, source):
     """The frame in which Y and X are what they are in their country."""
     y, x = meant.letters
     turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
-    named = _by_name(said.crs)
+    named = None if meant.is_by_place else _by_name(said.crs)
     if named is not None:
         chosen = turned if named == GEODETIC else frame
         reason = f"as {label_of(said.crs)} names its axes"
@@ -230,6 +250,16 @@ def _median(series):
 
 def _question_of_axes(meant, source, has_lines):
     y, x = (shortened(name) for name in meant.letters)
+    if meant.is_by_place:
+        return TableError(
+            f"the columns have no names: which of '{x}' and '{y}' is the easting? "
+            "Nothing here tells",
+            expected="a line with their names, or a word on them",
+            remedy=f'Say columns = {{easting = "{x}", northing = "{y}"}} in '
+            "block.toml, or the other way round",
+            file=source,
+            row=1 if has_lines else None,
+        )
     return TableError(
         f"columns '{y}' and '{x}': which of them is the easting? Austria, Germany and "
         "Switzerland write Y for it, most others X, and nothing else here tells",

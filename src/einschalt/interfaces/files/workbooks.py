@@ -23,11 +23,15 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.gdal_files import opened
+from einschalt.interfaces.files.header_rows import (
+    HEAD_ROWS,
+    place_of_header,
+    with_units,
+)
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.understood_tables import (
     NOTHING_SAID,
     ReadTable,
-    is_whole_header,
     meant_header,
     understood,
 )
@@ -42,7 +46,6 @@ FORMULA = re.compile(rb"""\s(table:formula)\s*=\s*("[^"]*"|'[^']*')""")
 MOST_COLUMNS = 1000
 # NotImplementedError, of a way of packing that is not known, is a RuntimeError
 DAMAGES = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, ValueError)
-HEAD_ROWS = 30  # in which the names of the columns must stand
 DATE = r"\d{4}[-/]\d\d[-/]\d\d([ T].*)?"
 WHOLE = r"(-?\d+)\.0{6,}"  # as some programs write whole numbers
 
@@ -54,17 +57,19 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     """
     source = source or Path(path).name
     cells, sheet, note = _sheet(path, schema, said, source)
-    place = _header_place(cells, schema, said)
-    names = _names(cells.iloc[place])
-    is_used = [bool(n) or (cells.iloc[place:, k] != "").any() for k, n in names.items()]
-    frame = cells.iloc[place + 1 :, np.flatnonzero(is_used)]
-    frame = frame[(frame != "").any(axis=1)]
-    given = [name or f"(column {k + 1})" for k, name in names.items() if is_used[k]]
+    place, names = _header(cells, schema, said)
     row = int(cells.index[place])
+    units = with_units(names, _first_rows(cells[place + 1 : place + 2])[0])
+    names, place = (names, place) if units is None else (units, place + 1)
+    values = cells.iloc[place + 1 :]
+    is_used = [bool(n) or (values.iloc[:, k] != "").any() for k, n in enumerate(names)]
+    frame = values.iloc[:, np.flatnonzero(is_used)]
+    frame = frame[(frame != "").any(axis=1)]
+    given = [n or f"(column {k + 1})" for k, n in enumerate(names) if is_used[k]]
     meant = meant_header(given, schema, said, source, row)
     frame.columns = list(meant.names)
     frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
-    table = understood(frame, schema, said, meant, source, may_have_commas=True)
+    table = understood(frame, schema, said, meant, source)
     return ReadTable(table.frame, (*([note] if note else []), *table.notes))
 
 
@@ -126,27 +131,24 @@ def _sheet(path, schema, said, source):
     )
 
 
-def _names(row):
-    return {k: str(name).strip() for k, name in enumerate(row)}
+def _first_rows(cells):
+    """Cells of the rows that may have the names; one empty row where there is none."""
+    rows = cells.iloc[:HEAD_ROWS].to_numpy(dtype=object).tolist()
+    return rows or [[""] * cells.shape[1]]
 
 
 def _has_header(cells, schema, said):
-    return _place_of_header(cells, schema, said) is not None
+    return place_of_header(_first_rows(cells), schema, said) is not None
 
 
-def _place_of_header(cells, schema, said):
-    for place in range(min(len(cells), HEAD_ROWS)):
-        if is_whole_header(list(_names(cells.iloc[place]).values()), schema, said):
-            return place
-    return None
-
-
-def _header_place(cells, schema, said):
-    """Position of the row with the names: titles may stand above it."""
-    place = _place_of_header(cells, schema, said)
-    if place is not None:
-        return place
-    return int(np.flatnonzero((cells != "").any(axis=1).to_numpy())[0])
+def _header(cells, schema, said):
+    """Position of the row with the names, and these: titles may stand above it."""
+    rows = _first_rows(cells)
+    found = place_of_header(rows, schema, said)
+    if found is not None:
+        return found
+    place = int(np.flatnonzero((cells != "").any(axis=1).to_numpy())[0])
+    return place, cells.iloc[place].tolist()
 
 
 def _whole_names(frame, schema, source):

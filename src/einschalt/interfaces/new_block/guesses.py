@@ -20,6 +20,7 @@ ROUND = 0.005  # a scale number as near as that to one of two figures is meant t
 LEAST_SHARED = 2  # points of a model that have a scale
 MOST_ROWS = 200_000  # of a flight that are looked at
 MM = 1e-3
+A, E_SQUARED = 6_378_137.0, 0.00669438  # of WGS 84
 AGAINST_GROUND = mark_each(
     {
         "model_id": "{n:model|models} against the ground: 1:{scale}",
@@ -63,6 +64,23 @@ def scale_of(frame, ground, unit, key="model_id"):
     number = float(np.median(ratios)) / METRES_PER_UNIT[unit]
     said = kept(AGAINST_GROUND[key], n=len(ratios), scale=f"{number:.0f}")
     return Guess(rounded(number), said)
+
+
+def on_a_plane(ground):
+    """The points with eastings and northings, local ones if they have degrees [m].
+
+    Distances of 10 km are right within some 10 cm, as scales need them.
+    """
+    if "easting" in ground:
+        return ground
+    longitude, latitude = (np.radians(ground[n]) for n in ("longitude", "latitude"))
+    middle = latitude.median()
+    w = 1.0 - E_SQUARED * np.sin(middle) ** 2
+    across, along = A / np.sqrt(w), A * (1.0 - E_SQUARED) / w**1.5
+    return ground.assign(
+        easting=across * np.cos(middle) * (longitude - longitude.median()),
+        northing=along * (latitude - middle),
+    )
 
 
 def scale_beside(frame, unit, other, other_unit, other_scale):

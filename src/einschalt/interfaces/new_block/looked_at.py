@@ -1,5 +1,6 @@
 """Files are looked at: which table of a block each of them could be, and why."""
 
+import re
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +18,12 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.language import mark_each, translated
 from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
-from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.input_files import (
+    companions,
+    is_there,
+    read_once,
+    refuse_other_kinds,
+)
 from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.tables_by_suffix import READ_SUFFIXES, understand_table
 from einschalt.interfaces.files.understood_tables import Said
@@ -32,6 +38,7 @@ KINDS = {
     "model_points": tables.MEASURED_MODEL_POINTS,
     "ground": tables.CONTROL_POINTS,
 }
+NO_POINTS = re.compile("Line|Curve|Polygon|Surface")  # kinds of geometry
 WORDS = mark_each(
     {
         "y_parallaxes": "y-parallaxes",
@@ -105,12 +112,23 @@ def files_below(folder):
 
 
 def look_at(path, said) -> list[Looked]:
-    """Look at a file, and at each sheet or layer of it.
+    """Look at a file, and at each sheet or layer of it, or at one: FILE:SHEET.
 
     ``said``: what the user says of all tables. A FileError where it holds none that is
     known; a TableError where one has two meanings.
     """
-    path = Path(path)
+    path, part = _part_of(Path(path))
+    if part is not None:
+        is_book = path.suffix.lower() in workbooks.SUFFIXES
+        said = replace(said, **{"sheet" if is_book else "layer": part})
+    if path.is_dir():
+        raise FileError(
+            "is a folder",
+            expected="files",
+            remedy="Convert a folder of COLMAP or MicMac first: einschalt convert "
+            "FOLDER OUT; otherwise name the files in it",
+            file=path.name,
+        )
     file = read_once(path, path.name)
     if path.suffix.lower() == ".toml":
         return _camera(file, said)
@@ -129,6 +147,14 @@ def look_at(path, said) -> list[Looked]:
     if questions or not found:
         raise (questions or refused)[0]
     return found
+
+
+def _part_of(path):
+    """File, and the sheet or layer that is named behind it."""
+    name, sign, part = path.name.rpartition(":")
+    whole = path.with_name(name) if name else path
+    is_part = bool(sign and part) and not is_there(path) and is_there(whole)
+    return (whole, part) if is_part else (path, None)
 
 
 def _foreign(file, said):
@@ -167,6 +193,12 @@ def _is_of_rows(error):
     return isinstance(faults[0], TableError) and not is_named
 
 
+def _is_ragged(error):
+    """Whether rows have not as many values as the header."""
+    fault = getattr(error, "problems", [error])[0]
+    return "values, the header" in fault.found
+
+
 def _camera(file, said):
     try:
         keys = tomllib.loads(file.data.decode("utf-8-sig"))
@@ -182,14 +214,21 @@ def _camera(file, said):
 def _parts(file, said):
     """What is to be said of the file, once for each of its tables."""
     suffix = file.path.suffix.lower()
+    if said.sheet or said.layer:
+        return [said]
     if suffix in workbooks.SUFFIXES:
         names = list(workbooks.sheets_of(file, file.source))
         parts = [replace(said, sheet=name) for name in names]
     elif suffix == ".gpkg":
         point_layers.require_kind(file)
         with gdal_files.opened({suffix: file.data}, file.source) as (pyogrio, copy):
-            names = [str(name) for name, _ in pyogrio.list_layers(copy)]
-        parts = [replace(said, layer=name) for name in names]
+            layers = [(str(n), kind) for n, kind in pyogrio.list_layers(copy)]
+        # a table has no kind of geometry; lines and areas are no part of a block
+        names = [name for name, kind in layers if not NO_POINTS.search(kind or "")]
+        names = names or [name for name, _ in layers]
+        if len(layers) > 1:
+            return [replace(said, layer=name) for name in names]
+        parts = [said]
     else:
         return [said]
     return parts if len(parts) > 1 else [said]
@@ -216,7 +255,7 @@ def _looked(file, kind, table, said):
 def _table(file, said):
     """The table as the first kind whose columns it has."""
     beside = [read_once(one, one.name) for one in companions(file.path)]
-    question = None
+    questions = []
     for kind, schema in KINDS.items():
         known = {n: c for n, c in said.columns.items() if n in schema.names}
         own = replace(said, columns=known)
@@ -225,13 +264,19 @@ def _table(file, said):
                 file, schema, own, source=file.source, beside=tuple(beside)
             )
         except EinschaltError as error:
-            question = question or (error if _is_of_rows(error) else None)
+            questions += [error] if _is_of_rows(error) else []
             continue
         fit = _fitting(kind, table)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
             return _looked(file, kind, table, own)
-    if question is not None:
-        raise question
+    # below a title that is taken for the header, all rows are too long
+    questions.sort(key=_is_ragged)
+    if questions:
+        raise questions[0]
+    refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
+    if file.path.suffix.lower() not in READ_SUFFIXES:
+        understand_table(file, KINDS["ground"], said)  # which refuses the suffix
+    _refuse_degrees(file, said)
     raise FileError(
         "holds no table that a block could have",
         expected="y-parallaxes, image points, models and their images, bases of the "
@@ -239,3 +284,20 @@ def _table(file, said):
         remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
         file=file.source,
     )
+
+
+def _refuse_degrees(file, said):
+    """Refuse longitudes and latitudes of which no file states the system."""
+    schema = schema_in(KINDS["ground"], read_source_crs(point_layers.WGS_84))
+    try:
+        names = understand_table(file, schema, said, source=file.source).frame.columns
+    except EinschaltError:  # another kind of table: that is said
+        return
+    if {c.name for c in schema.columns if c.is_required} <= set(names):
+        raise FileError(
+            "holds longitudes and latitudes, and nothing tells of which system",
+            expected="eastings and northings, or a layer that states its system",
+            remedy='Begin with init --template, and say crs = "EPSG:4326", or the '
+            "system of the receiver, below [control_points]",
+            file=file.source,
+        )

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field, replace
 
 from einschalt.foundations.errors import FileError, SettingsError, name_some
-from einschalt.foundations.key_columns import is_among
 from einschalt.foundations.language import mark_each
+from einschalt.foundations.names import is_among
 from einschalt.interfaces.new_block.guesses import (
     Guess,
     flight_named,
+    on_a_plane,
     scale_beside,
     scale_of,
     systems_of,
@@ -118,7 +119,8 @@ def _ground_tables(found):
         raise SettingsError(
             f"{titles} could all be the control points",
             expected="one table of control, and one of approximate points",
-            remedy="Name one of them after --from, and leave the others out",
+            remedy="Name one of them after --from, a sheet or layer as FILE:NAME, and "
+            "leave the others out",
         )
     tables = {"control_points": control, "approximate_points": approximate}
     left_out = [one for one in rest if one not in control]
@@ -199,9 +201,7 @@ def _sizes(tables, known):
     else:
         table, key = tables["model_points"], "model_id"
         unit = unit_of(table.frame)
-    has_plane = {"easting", "northing"} <= set(known.frame)
-    scale = scale_of(table.frame, known.frame, unit.value, key) if has_plane else None
-    return unit, scale
+    return unit, scale_of(table.frame, on_a_plane(known.frame), unit.value, key)
 
 
 def _named(flights, scales):

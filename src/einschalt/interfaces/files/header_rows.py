@@ -1,0 +1,84 @@
+"""Rows that name the columns of a table: of a text, or of a sheet.
+
+Titles may stand above them, the names may stand in two rows, one below the other, and
+a row of units may follow.
+"""
+
+from einschalt.foundations.column_words import PLANE, kind_of
+from einschalt.foundations.decimal_commas import is_measure
+from einschalt.interfaces.files.understood_tables import is_whole_header
+
+HEAD_ROWS = 30  # in which the names of the columns must stand
+LENGTHS = {"m", "mm", "cm", "km", "um", "µm", "μm", "ft"}  # both signs of micro
+OTHER_UNITS = {"°", "deg", "gon", "grad", "px", "pixel"}
+NO_UNITS = {"", "-", "–", "—"}
+FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
+
+
+def place_of_header(rows, schema, said):
+    """Position of the row with the names among the first ones, and the names.
+
+    ``rows``: cells as text, without blanks around them. None where no row, alone or
+    with the one above, has all columns that the schema requires.
+    """
+    above = []
+    for place, cells in enumerate(rows[:HEAD_ROWS]):
+        for names in (joined(above, cells), cells):
+            if names and is_whole_header(names, schema, said):
+                return place, names
+        above = cells
+    return None
+
+
+def joined(upper, lower):
+    """Names of two rows, the upper one where the lower is empty; None if it never is.
+
+    >>> joined(["No", "Plane", "", "H"], ["", "E", "N", ""])
+    ['No', 'E', 'N', 'H']
+    """
+    if len(upper) != len(lower):
+        return None
+    names = [low or up for up, low in zip(upper, lower, strict=True)]
+    return None if names == lower else names
+
+
+def with_units(names, cells):
+    """Names with the units that stand below them; None where these are none.
+
+    >>> with_units(["No", "E", "N"], ["", "[m]", "[m]"])
+    ['No', 'E [m]', 'N [m]']
+    >>> with_units(["No", "E", "N"], ["m", "1.0", "2.0"])
+    """
+    units = [cell.strip("[]() ") for cell in cells]
+    is_any = any(unit in LENGTHS for unit in units)
+    is_each = {*units} <= LENGTHS | OTHER_UNITS | NO_UNITS
+    if not (is_any and is_each and len(names) == len(units)):
+        return None
+    pairs = zip(names, units, strict=True)
+    return [n if unit in NO_UNITS or not n else f"{n} [{unit}]" for n, unit in pairs]
+
+
+def is_list_of_points(cells, schema):
+    """Whether a row is that of a list without names: a name and two or more numbers.
+
+    >>> from einschalt.foundations.tables import CONTROL_POINTS
+    >>> is_list_of_points(["7/8", "13082.6", "326844.2"], CONTROL_POINTS)
+    True
+    """
+    return (
+        set(PLANE) <= set(schema.names)
+        and FEWEST_CELLS <= len(cells) <= MOST_CELLS
+        and bool(cells[0])
+        and all(map(is_measure, cells[1:3]))
+    )
+
+
+def usual_places(cells, schema):
+    """Columns of such a list beside the two coordinates, by their positions."""
+    found = {"point_id": 0}
+    for place, cell in enumerate(cells[3:], 3):
+        if place == 3 and is_measure(cell) and "height" in schema.names:
+            found["height"] = place
+        elif "role" in schema.names and "role" not in found and kind_of(cell):
+            found["role"] = place
+    return found

@@ -1,0 +1,208 @@
+"""Tables as offices have them: read as they were meant, or refused with a question."""
+
+import numpy as np
+import pyarrow as pa
+import pyogrio
+import pytest
+
+from einschalt.foundations.errors import (
+    EinschaltError,
+    FileError,
+    TableError,
+    raise_problems,
+)
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.understood_tables import Said
+
+AUSTRIA = Said(crs="EPSG:31255")
+POINTS = {"7/8": (13000.25, 326802.003, 411.5), "0012": (13082.674, 326844.209, 9.75)}
+POINTS["A 1"] = (9.37, 326795.285, 1234.5)
+HEAD = "Punktnummer;Rechtswert;Hochwert;Höhe;Art\n"
+TEXT = "".join(
+    f"{name};{e};{n};{h};Passpunkt\n".replace(".", ",")
+    for name, (e, n, h) in POINTS.items()
+)
+PLAIN = HEAD + TEXT
+WITHOUT_BLANKS = TEXT.replace("A 1", "A1")
+
+
+def in_groups(sign, decimal):
+    """The table with signs between thousands."""
+    text = HEAD
+    for name, numbers in POINTS.items():
+        cells = [f"{number:,.3f}" for number in numbers]
+        cells = [c.replace(".", "_").replace(",", sign) for c in cells]
+        cells = [c.replace("_", decimal) for c in cells]
+        text += ";".join([name, *cells, "PP"]) + "\n"
+    return text
+
+
+def as_blanks(text):
+    return text.replace(";", "   ").replace(",", ".")
+
+
+TABLES = {
+    "plain": PLAIN,
+    "title": 'Büro "Huber\nProjekt: Neukirchen, 12.3.2024; Lage\n\n' + PLAIN,
+    "line for Excel": "sep=;\r\n" + PLAIN.replace("\n", "\r\n"),
+    "bars": PLAIN.replace(";", "|"),
+    "comments of other programs": "% of X\n// of Y\n! of Z\n" + PLAIN,
+    "separator at the end of values": PLAIN.replace("punkt\n", "punkt;\n"),
+    "separators at the end of all": PLAIN.replace("\n", ";;\n"),
+    "Ctrl-Z": PLAIN + "\x1a",
+    "units": PLAIN.replace("\n", "\n;[m];[m];[m];\n", 1),
+    "bare units": PLAIN.replace("\n", "\n-;m;m;m;-\n", 1),
+    "names in two lines": "Punkt;Koordinaten;;Höhe;Art\nNr;Rechtswert;Hochwert;;\n"
+    + TEXT,
+    "names in two lines and units": (
+        "Punktnummer;Lage;;Höhe;Art\n;Rechtswert;Hochwert;;\n;m;m;m;\n" + TEXT
+    ),
+    "Swiss thousands": in_groups("'", "."),
+    "curly thousands": in_groups("’", "."),
+    "blank thousands": in_groups(" ", ","),
+    "hard thousands": in_groups("\xa0", ","),
+    "narrow thousands": in_groups("\u202f", ","),
+    "English thousands": in_groups(",", ".").replace(";", "\t"),
+    "German thousands": in_groups(".", ","),
+    "all quoted": "".join(
+        ",".join(f'"{cell}"' for cell in line.split(";")) + "\n"
+        for line in PLAIN.splitlines()
+    ),
+    "R and H with units": PLAIN.replace(
+        "Rechtswert;Hochwert;Höhe", "R [m];H [m];Höhe [m]"
+    ),
+    "with their system": PLAIN.replace(
+        "Rechtswert;Hochwert;Höhe", "E_GNSS;N_GNSS;H_GNSS"
+    ),
+    "Y and X with their system": PLAIN.replace(
+        "Rechtswert;Hochwert;Höhe", "Y GK M34;X GK M34;H Adria"
+    ),
+    "no names": TEXT,
+    "no names, separated by blanks": as_blanks(WITHOUT_BLANKS),
+    "no names below a comment": "# exported by X\n" + TEXT,
+    "no names, first the northing": "".join(
+        ";".join([c[0], c[2], c[1], *c[3:]]) + "\n"
+        for c in (line.split(";") for line in TEXT.splitlines())
+    ),
+}
+
+
+def read(tmp_path, text, said=AUSTRIA, schema=CONTROL_POINTS):
+    path = tmp_path / "P.txt"
+    path.write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+    return understand_table(path, schema, said)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_table_is_read_as_it_was_meant(tmp_path, name):
+    table = read(tmp_path, TABLES[name])
+    checked = check_table(table.frame, CONTROL_POINTS)
+    assert not checked.problems
+    frame = checked.frame
+    names = frame["point_id"].str.replace("A1", "A 1").tolist()
+    assert names == list(POINTS)
+    np.testing.assert_array_equal(
+        frame[["easting", "northing", "height"]], list(POINTS.values())
+    )
+    assert set(frame["role"]) == {"control"}
+    # rows are the lines of the file
+    lines = TABLES[name].splitlines()
+    first = next(k for k, line in enumerate(lines, 1) if "7/8" in line)
+    assert frame.index.tolist() == [first, first + 1, first + 2]
+    said = [note for note in table.notes if "between thousands" in note]
+    is_grouped = "thousands" in name and name != "German thousands"
+    assert bool(said) is is_grouped
+
+
+REFUSED = {
+    "one group of commas": (
+        HEAD + "7/8;1,234;322,001;9,500;PP\n",
+        "is it 1.234 or 1234?",
+    ),
+    "other unit": (
+        PLAIN.replace("\n", "\n;cm;cm;m;\n", 1),
+        r"'Rechtswert \[cm\]' is in cm",
+    ),
+    "sum at the end": (PLAIN + "Summe: 3 Punkte;;;;\n", "row 5, point Summe: 3 Punkte"),
+    "a cell too many": (PLAIN.replace("411,5", "411,5;x"), "row 2: the row has 6 val"),
+    "a list of three numbers that are no place": (
+        "1;2,5;3,5\n2;3,5;4,5\n",
+        "columns have no names: which of 'column 2' and 'column 3' is the easting",
+    ),
+    "two systems": (
+        "Nr;E_UTM;N_UTM;E_GK;N_GK\n7/8;1.5;2.5;3.5;4.5\n",
+        "'E_UTM' and 'E_GK' could both be easting",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_has_two_meanings_is_asked_about(tmp_path, name):
+    text, said = REFUSED[name]
+    with pytest.raises(EinschaltError, match=said):
+        require_sound(tmp_path, text)
+
+
+def require_sound(tmp_path, text):
+    table = read(tmp_path, text)
+    raise_problems(check_table(table.frame, CONTROL_POINTS, source="P.txt").problems)
+
+
+def test_one_decimal_comma_among_grouped_points_is_a_fault(tmp_path):
+    """Signs between thousands say nothing of a comma in another row."""
+    rows = ["A;10'009.37;1.5", "B;12.5;1'322.5", "C;2,5;3.5"]
+    table = read(tmp_path, "Nr;E;N\n" + "\n".join(rows) + "\n")
+    (problem,) = check_table(table.frame, CONTROL_POINTS, source="P.txt").problems
+    assert str(problem).startswith("P.txt, row 4, point C: easting '2,5' has a decimal")
+
+
+def test_the_minus_of_typesetters_is_one(tmp_path):
+    table = read(tmp_path, "Nr;E;N\nA;\u221213000,25;+5,5\n")
+    assert table.frame[["easting", "northing"]].to_numpy().tolist() == [
+        [-13000.25, 5.5]
+    ]
+    assert not [note for note in table.notes if "thousands" in note]
+
+
+def test_a_list_without_names_can_be_answered(tmp_path):
+    for said in (Said(), AUSTRIA):
+        own = {"easting": "column 2", "northing": "column 3"}
+        given = Said(columns=own, crs=said.crs)
+        frame = read(tmp_path, "7/8;1,25;2,5;3,75\n", given).frame
+        assert frame.to_dict("records") == [
+            {"point_id": "7/8", "easting": 1.25, "northing": 2.5, "height": 3.75}
+        ]
+    with pytest.raises(TableError, match="the columns have no names"):
+        read(tmp_path, TEXT, Said())
+
+
+def test_a_list_of_model_points_needs_names(tmp_path):
+    """Two names and two numbers could be anything."""
+    with pytest.raises(FileError, match="the header is"):
+        read(tmp_path, "11/12 7/8 1.5 2.5\n", schema=MODEL_POINTS)
+
+
+def test_plain_names_go_before_those_with_a_system(tmp_path):
+    frame = read(tmp_path, "Nr;E;N;E_UTM;N_UTM\n7/8;1.5;2.5;3.5;4.5\n").frame
+    assert frame[["easting", "northing"]].to_numpy().tolist() == [[1.5, 2.5]]
+
+
+@pytest.mark.parametrize("below", [[], ["", "[m]", "[m]", "[m]", ""]])
+@pytest.mark.parametrize("suffix", [".xlsx", ".ods"])
+def test_names_of_a_sheet_may_stand_in_two_rows_above_units(tmp_path, suffix, below):
+    upper = ["Punktnummer", "Koordinaten", "Lage", "Höhe", "Art"]
+    lower = ["", "Rechtswert", "Hochwert", "", ""]
+    rows = [line.split(";") for line in TEXT.splitlines()]
+    cells = [lower, *([below] if below else []), *rows]
+    path = tmp_path / f"P{suffix}"
+    columns = [list(column) for column in zip(*cells, strict=True)]
+    sheet = pa.table(columns, names=upper)
+    pyogrio.write_arrow(sheet, path, driver=suffix[1:].upper(), geometry_name=None)
+    table = understand_table(path, CONTROL_POINTS, AUSTRIA)
+    frame = check_table(table.frame, CONTROL_POINTS).frame
+    np.testing.assert_array_equal(
+        frame[["easting", "northing", "height"]], list(POINTS.values())
+    )
+    first = 4 if below else 3
+    assert frame.index.tolist() == [first, first + 1, first + 2]
