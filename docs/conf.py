@@ -1,5 +1,6 @@
 """The site: ``make docs`` builds it, without a network."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -12,6 +13,14 @@ ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS / "_ext"))
 
 from recipes import copy_recipes  # noqa: E402 - beside this file
+
+# kernels of the notebooks: nothing of the user's own settings, and no warning that what
+# they are told, on this computer, is not encrypted
+KERNELS = ROOT / "out" / "ipython"
+os.environ["IPYTHONDIR"] = str(KERNELS)
+settings_of_kernels = KERNELS / "profile_default" / "ipython_kernel_config.py"
+settings_of_kernels.parent.mkdir(parents=True, exist_ok=True)
+settings_of_kernels.write_text("c.IPKernelApp.log_level = 'ERROR'\n", "utf-8")
 
 RECIPES = DOCS / "recipes"
 copy_recipes(

@@ -66,7 +66,7 @@ def error_over_scale(name, size=(6.4, 3.8)):
         axes.plot(scales, error, color=BLUE)
         axes.annotate(f"{spacing:.0f} m ", (scales[0], error[0]), ha="right")
     axes.plot(best["scale_number"], 100 * best["M_edge"], "o", color=BROWN)
-    axes.set(xlim=(4000, 14200), ylim=(0, 12))
+    axes.set(xlim=(3000, 14200), ylim=(0, 12))
     axes.set(xlabel="scale number", ylabel="M at the edge, total [cm]")
     save(figure, name)
 

@@ -93,6 +93,9 @@ def test_commands_of_a_tutorial_print_what_stands_below_them(name):
     for language, text in FENCED.findall(PAGES[name]):
         if language == "sh":
             printed = "".join(map(run, text.replace("\\\n", " ").splitlines()))
+        elif language == "toml":
+            (place,) = re.findall(r"Write `(\S+/block\.toml)`", PAGES[name])
+            Path(place).write_text(text, encoding="utf-8")
         elif language == "text":
             for excerpt in filter(None, text.split("…\n")):
                 assert excerpt in printed

@@ -18,6 +18,7 @@ from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.provenance import provenance
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
+from einschalt.theory.interior_orientation import Camera
 
 
 @pytest.fixture
@@ -63,6 +64,19 @@ def test_inputs_bear_their_checksums(small_result):
 
 def test_block_of_a_script_has_no_inputs(good_result):
     assert provenance(good_result)["inputs"] == []
+
+
+def test_a_camera_is_told_by_its_constants(good_result):
+    """A block with a camera could be computed, but its results not be written."""
+    camera = Camera.from_metashape(
+        6150.0, (6000, 4000), distortion={"k1": -0.04}, pixel_size_um=3.9
+    )
+    block = good_result.block
+    flight = replace(block.low_flight, camera=camera)
+    other = changed(good_result, block=replace(block, low_flight=flight))
+    told = json.loads(json.dumps(provenance(other)))["flights"]["low_flight"]["camera"]
+    assert told["convention"] == "metashape"
+    assert (told["f"], told["k1"], told["width"]) == (6150.0, -0.04, 6000)
 
 
 def test_time_is_utc(good_result):

@@ -16,6 +16,7 @@ import pyproj
 from pyproj.database import get_database_metadata
 
 from einschalt.pipeline.block.block import plain_fields
+from einschalt.theory.interior_orientation import Camera
 
 SCHEMA = 1
 # statsmodels is not among them: nothing that is written depends on it
@@ -168,7 +169,9 @@ def _flight_facts(flight):
 
 
 def _plain(value):
-    """Turn a number of numpy into one of Python."""
+    """Turn a number of numpy into one of Python, and a camera into its constants."""
+    if isinstance(value, Camera):
+        return {name: _plain(constant) for name, constant in value.given.items()}
     return value.item() if hasattr(value, "item") else value
 
 

@@ -199,8 +199,8 @@ def plan_area(
     heights = None
     if ground_heights is not None:
         heights = read_heights_over(ground_heights, area)
-    frame = recommended.frame_over(area, PlanFrame() if frame is None else frame)
-    found = search.find_plans(target, choices, frame)
+    frame = PlanFrame() if frame is None else frame
+    found, frame = recommended.search_over(target, area, choices, frame)
     return recommended.plan_area(
         area, found, frame, heights=heights, follows=follows_terrain
     )

@@ -155,6 +155,23 @@ def test_numbers_have_decimal_commas_too(invoke):
     assert said(refused)["problems"][0]["expected"] == "0.0001 to 1 metres"
 
 
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (("plan", "--target", "abc"), "'--target': expected a number"),
+        (("plan", "--kind", "foo"), "'foo' is not one of 'affine', 'helmert', 'rigid'"),
+        (("simulate", "--seed", "1,5"), "'--seed': expected a whole number"),
+        (("serve", "--port", "99999"), "'--port': expected 65535 or less"),
+        (("serve", "--port", "-1"), "'--port': expected 0 or more"),
+    ],
+)
+def test_a_wrong_value_is_told_in_no_library_s_words(call, said, invoke):
+    shown = invoke(*call)
+    assert shown.exit_code == 2
+    assert said in " ".join(shown.stderr.split())
+    assert not re.search(r"Input should|Value error|pars(e|ing)", shown.stderr)
+
+
 @pytest.mark.parametrize("text", ["cm", "", "points.csv", "5m.csv", "vermv_2016"])
 def test_what_is_no_length_stays_as_it_is(text):
     assert lengths.in_unit(text, "m") == text

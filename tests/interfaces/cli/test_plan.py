@@ -9,7 +9,9 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
+from einschalt.interfaces.cli.plan_values import costs_of
 from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.theory.planning.kovarik_precision import EDGES
 from einschalt.theory.planning.leverage import PLANNED_KINDS
 
@@ -243,3 +245,21 @@ def test_other_nonsense_is_refused(options, says, invoke):
     assert shown.exit_code == 2
     assert "Traceback" not in shown.stderr
     assert says in " ".join(shown.stderr.split())
+
+
+def test_a_height_of_nothing_is_refused(invoke):
+    shown = invoke("plan", "--target", "5cm", "--max-height", "0")
+    assert shown.exit_code == 2
+    assert "max_height = 0" in shown.stderr
+    assert "expected 5 to 20000 metres above ground" in shown.stderr
+
+
+@pytest.mark.parametrize("prices", ["image=12,5,model=3", "image=12,5; model=3"])
+def test_prices_have_decimal_commas_too(prices):
+    assert costs_of(prices) == PlanCosts(image=12.5, model=3.0)
+
+
+def test_a_price_of_thousands_is_no_decimal(invoke):
+    shown = invoke("plan", "--target", "5cm", "--costs", "image=1,000")
+    assert shown.exit_code == 2
+    assert "expected costs as image=10,model=20" in " ".join(shown.stderr.split())

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 import shapely
 
@@ -101,8 +102,6 @@ def test_layers_of_a_geopackage(tmp_path):
     shape = shapely.box(*CENTRE, CENTRE[0] + 4000, CENTRE[1] + 3000)
 
     def layer(name):
-        import pandas as pd
-
         one = pd.DataFrame({"name": [name]})
         return Layer(name, one, as_wkb([shape]), "Polygon", "an area")
 
@@ -115,6 +114,19 @@ def test_layers_of_a_geopackage(tmp_path):
     assert area.crs is None
     assert "without KML" in area.notes[0]
     assert read_area(path, crs=UTM).crs == UTM
+    with pytest.raises(EinschaltError, match="axes in degree"):
+        read_area(path, crs="EPSG:4326")
+
+
+def test_degrees_without_a_system_are_told_of_the_system_first(tmp_path):
+    path = tmp_path / "area.gpkg"
+    degrees = as_wkb([shapely.box(13.6, 48.0, 13.7, 48.1)])
+    names = pd.DataFrame({"name": ["a"]})
+    write_layers([Layer("a", names, degrees, "Polygon", "an area")], None, path)
+    with pytest.raises(EinschaltError, match="Export it with its system"):
+        read_area(path)
+    with pytest.raises(EinschaltError, match="axes in degree"):
+        read_area(path, crs="EPSG:4326")
 
 
 @pytest.mark.parametrize("name", ["a.gpkg", "a.shp", "a.geojson", "a.kmz"])

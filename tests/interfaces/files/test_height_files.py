@@ -76,7 +76,7 @@ def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):
 def test_rasters_that_do_not_do_are_refused(cells, options, says, tmp_path):
     path = write(tmp_path / "a.tif", np.ascontiguousarray(cells), **options)
     with pytest.raises(EinschaltError, match=says):
-        read_heights(path, UTM).over(AREA).require_cover(AREA.border)
+        read_heights(path, UTM).over(AREA).require_cover(AREA)
 
 
 def test_files_that_are_damaged_are_told(tmp_path):

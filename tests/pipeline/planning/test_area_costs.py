@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
@@ -72,3 +73,10 @@ def test_no_plan_that_is_asked_for_by_itself_is_cheaper(area):
                 cheapest = min(cheapest, plan.flown.cost)
     assert n_kept > 2
     assert best.flown.cost <= cheapest
+
+
+def test_an_area_smaller_than_every_model_is_told_so():
+    """And not that control would be more than all of the points."""
+    tiny = FlightArea(shapely.box(0.0, 0.0, 55.0, 37.0))
+    with pytest.raises(GeometryError, match="smaller than one model of the low flight"):
+        recommended.search_over(TARGET, tiny, CHOICES, PlanFrame())

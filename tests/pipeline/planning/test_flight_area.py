@@ -31,3 +31,15 @@ def test_the_system_of_an_area_is_plane_and_in_metres(crs, found):
     with pytest.raises(ProjectionError, match=found):
         FlightArea(SQUARE, crs)
     assert FlightArea(SQUARE, "EPSG:31255").square_km == 20.0
+
+
+def test_places_are_spread_evenly_over_an_area():
+    hole = shapely.box(1000.0, 1000.0, 2000.0, 2000.0)
+    area = FlightArea(shapely.affinity.rotate(SQUARE.difference(hole), 30.0))
+    places = area.places(2000)
+    assert 1900 < len(places) < 2100
+    assert shapely.intersects_xy(area.shape, *places.T).all()
+    nearest = shapely.STRtree(shapely.points(places)).query_nearest(
+        shapely.points(shapely.get_coordinates(area.shape)), return_distance=True
+    )[1]
+    assert nearest.max() < 100.0

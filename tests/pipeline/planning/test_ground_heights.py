@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 
@@ -37,7 +38,7 @@ def test_a_large_raster_covers_its_area_and_keeps_its_peaks(n):
     heights.height[0] = 100.0
     over = heights.over(square(n))
     places = ORIGIN + np.random.default_rng(1).uniform(0, (n - 1) * CELL, (2000, 2))
-    over.require_cover(places)
+    over.require_cover(square(n))
     assert over.range == (100.0, 2000.0)
     for reach in (50.0, 300.0, 1500.0):
         (highest,) = over.highest_around(heights.plane[[peak]], reach)
@@ -61,3 +62,36 @@ def test_heights_that_all_lie_in_one_cell_or_line_are_brought_together():
     np.testing.assert_array_equal(coarse.extremes[3], [300.0, 399.0])
     twice = coarse.in_cells(500.0)
     np.testing.assert_array_equal(twice.extremes, [[0.0, 499.0], [500.0, 999.0]])
+
+
+SIDES = np.array([6000.0, 5000.0])
+FIELD = FlightArea(shapely.box(*ORIGIN, *(ORIGIN + SIDES)), "EPSG:32633")
+
+
+def heights_where(is_there):
+    """Heights 100 m apart over a field, where there are some."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(61) * 100, np.arange(51) * 100))
+    away = np.abs(np.column_stack([x, y]) - SIDES / 2.0)
+    plane = np.column_stack([x, y])[is_there(x, away)] + ORIGIN
+    return GroundHeights(plane, np.full(len(plane), 400.0), "dem.xyz")
+
+
+@pytest.mark.parametrize(
+    "is_there",
+    [
+        lambda _, away: away[:, 0] > 1500,  # all corners have heights near
+        lambda _, away: (away > [1500, 1200]).any(axis=1),
+        lambda x, _: x < 3000,
+    ],
+)
+def test_an_area_with_a_gap_of_heights_is_refused(is_there):
+    heights_where(lambda x, _: x >= 0).require_cover(FIELD)
+    with pytest.raises(GeometryError, match="expected heights of the whole area"):
+        heights_where(is_there).require_cover(FIELD)
+
+
+def test_scattered_heights_cover_an_area():
+    rng = np.random.default_rng(3)
+    for n in (300, 3000):
+        plane = ORIGIN + rng.uniform(-300.0, SIDES + 300.0, (n, 2))
+        GroundHeights(plane, np.full(n, 400.0), "points.csv").require_cover(FIELD)

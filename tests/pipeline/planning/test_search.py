@@ -191,6 +191,24 @@ def test_plans_that_do_not_keep_it_are_named():
     )
 
 
+def test_no_cheaper_plan_is_passed_over_because_another_one_misses():
+    """The first misses by 6 %; the second keeps the target, at the same cost."""
+    choices = PlanChoices(
+        scale_number=(5800, 6800, 8100, 9500, 11200, 13300),
+        spacing=(250,),
+        m_g_um=(10,),
+        n_coverages=(2, 3),
+    )
+    found = find_plans(0.05, choices)
+    checked = check_plans(found, PlanFrame())
+    assert checked.is_kept
+    costs = found.feasible["cost"]
+    for _, plan in found.feasible[costs < checked.plan["cost"]].iterrows():
+        reached = expect_precision(design_of(plan, PlanFrame())).figures.mean
+        assert reached > 0.05
+    assert 1 <= (costs < checked.plan["cost"]).sum() < 5
+
+
 def test_of_infeasible_plans_the_nearest_that_can_be_laid_out_is_checked():
     found = find_plans(0.002, replace(CHOICES, spacing=(300,)))
     checked = check_plans(found, PlanFrame(control_standard_error=0.03))

@@ -8,6 +8,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
     *("precision", "spatial", "components", "gross", "claim", "blunders"),
     *("simultaneous", "deformation", "real_life", "planning", "area_plans"),
+    "recommended_plans",
 )
 OPENING = """\
 # Is the claimed precision true?
@@ -39,6 +40,7 @@ SHOWN = (
     ("relative orientation", "–", "relative_orientation"),
     ("precision expected in planning", "planning", "expected_precision"),
     ("flight plans over areas", "area_plans", "area_plans"),
+    ("recommended plans", "recommended_plans", "recommended_plans"),
 )
 
 

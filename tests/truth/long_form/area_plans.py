@@ -63,11 +63,11 @@ def plan_of(name):
         width=3.0 * max(along, across),
         height=3.0 * max(along, across),
     )
-    return lay_out(_area(rng, 3.2 * max(along, across)), design)
+    return lay_out(star_shaped(rng, 3.2 * max(along, across)), design)
 
 
-def _area(rng, size):
-    """Draw a star-shaped outline."""
+def star_shaped(rng, size):
+    """Draw a star-shaped outline as an area."""
     angle = np.sort(rng.uniform(0, 2 * np.pi, 9))
     away = size / 2.0 * rng.uniform(0.7, 1.0, 9)
     ring = np.column_stack([away * np.cos(angle), away * np.sin(angle)])

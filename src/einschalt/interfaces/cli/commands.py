@@ -10,9 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
-    ENGLISH,
     LANGUAGES,
-    language,
     language_of_locale,
     mark,
     mark_each,
@@ -39,10 +37,22 @@ WRONG_CALLS = (
     mark("Option {0} requires an argument."),
     mark("Option {0} does not take a value."),
     mark("Got unexpected extra argument(s) ({0})"),
-    mark("Input should be a valid number, unable to parse string as a number"),
-    mark("Input should be a valid integer, unable to parse string as an integer"),
-    mark("Value error, {0} is not one of {1}."),
+    mark("{0} is not one of {1}."),
 )
+# what the library of the types says of a value, and what is said instead
+FAULTS_OF_VALUES = mark_each(
+    {
+        "Input should be a valid number.*": "expected a number",
+        "Input should be a valid integer.*": "expected a whole number",
+        "Input should be greater than or equal to (?P<limit>.+)": (
+            "expected {limit} or more"
+        ),
+        "Input should be less than or equal to (?P<limit>.+)": (
+            "expected {limit} or less"
+        ),
+    }
+)
+OF_CHECKED_VALUE = "Value error, "
 INVALID = re.compile(r"Invalid value(?: for (?P<name>.+?))?: (?P<why>.*)", re.DOTALL)
 # behind the help of an option: what it is where it is left out, whether it may be
 BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
@@ -156,10 +166,18 @@ def _told_call(message):
     value = INVALID.fullmatch(message)
     if value is None:
         return retold(message)
-    told = retold(value["why"])
+    told = _told_fault(value["why"])
     if value["name"] is None:
         return told
     return translated("Invalid value for {name}: {why}", name=value["name"], why=told)
+
+
+def _told_fault(why):
+    """What is wrong with a value, not in the words of a library."""
+    for pattern, message in FAULTS_OF_VALUES.items():
+        if found := re.fullmatch(pattern, why):
+            return translated(message, **found.groupdict())
+    return retold(why.removeprefix(OF_CHECKED_VALUE))
 
 
 @contextmanager
@@ -168,7 +186,7 @@ def told_call_errors(context):
     try:
         yield
     except UsageError as error:
-        if language() == ENGLISH or type(error).__name__ == "NoArgsIsHelpError":
+        if type(error).__name__ == "NoArgsIsHelpError":
             raise
         told = CallError(error.format_message(), error.ctx or context)
         raise told from None

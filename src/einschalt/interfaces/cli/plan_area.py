@@ -15,8 +15,7 @@ from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.interfaces.cli.progress import late_progress
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.height_files import read_heights_over
-from einschalt.pipeline.planning.area.recommended import frame_over, plan_area
-from einschalt.pipeline.planning.search import find_plans
+from einschalt.pipeline.planning.area.recommended import plan_area, search_over
 
 
 def over_area(asked: Asked) -> Answer:
@@ -24,9 +23,8 @@ def over_area(asked: Asked) -> Answer:
     area = read_area(asked["area"], layer=asked["area_layer"], crs=asked["crs"])
     file = asked["ground_heights"]
     heights = None if file is None else read_heights_over(file, area)
-    frame = frame_over(area, frame_of(asked))
-    found = find_plans(
-        *(asked["target"], choices_of(asked), frame),
+    found, frame = search_over(
+        *(asked["target"], area, choices_of(asked), frame_of(asked)),
         where=asked["where"],
         by=asked["by"],
     )

@@ -1,5 +1,6 @@
 """What a planner writes on the command line, as numbers."""
 
+import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,6 +36,8 @@ COUNTS_FOR = {
 }
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
+BEFORE_A_NAME = re.compile(r"[,;](?=[^,;]*=)")
+CENTS = re.compile(r"^([+-]?\d+),(\d{1,2})$")
 SIDES = "millimetres as 230 or 68.0x105.8"
 NUMBERS = "numbers as 6000,8000 or first:last:step"
 
@@ -121,16 +124,20 @@ def _in_metres(name, length_mm):
 def costs_of(text) -> PlanCosts:
     """Read costs; what is not named costs what it usually does.
 
-    >>> costs_of("model=35").model
-    35.0
+    A comma before no name is a decimal one; such a price has one or two decimals.
+
+    >>> given = costs_of("model=35,image=12,5")
+    >>> given.model, given.image
+    (35.0, 12.5)
     """
     given = {}
-    for part in text.split(","):
+    for part in map(str.strip, BEFORE_A_NAME.split(text)):
         name, sign, cost = (piece.strip() for piece in part.partition("="))
         if not sign:
-            raise SettingsError(f"--costs {part.strip()!r}", expected=COSTS)
+            raise SettingsError(f"--costs {part!r}", expected=COSTS)
         checked_choice("--costs", name, PlanCosts.__dataclass_fields__)
-        given[name] = _number("--costs", cost, COSTS)
+        point = CENTS.sub(r"\1.\2", cost)
+        given[name] = _number("--costs", point, COSTS)
     return PlanCosts(**given)
 
 

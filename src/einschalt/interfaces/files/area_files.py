@@ -173,6 +173,7 @@ def _target(drawn, crs):
     if drawn.crs is None or read_source_crs(drawn.crs).is_engineering:
         if crs is None:
             return None, [NO_SYSTEM]
+        read_crs(crs)
         return crs, [f"The area names no system; it is taken as {label_of(crs)}."]
     source = read_source_crs(drawn.crs)
     if crs is not None:

@@ -61,7 +61,7 @@ def read_heights_over(path, area) -> GroundHeights:
     FileError as of :func:`read_heights`, GeometryError where heights are missing.
     """
     heights = read_heights(path, area.crs).over(area)
-    heights.require_cover(area.border)
+    heights.require_cover(area)
     return heights
 
 

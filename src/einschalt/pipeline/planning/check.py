@@ -20,7 +20,9 @@ from einschalt.pipeline.planning.text import describe_plan
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 
-MOST_TRIED = 6
+# layouts that are propagated, and those that may miss before the closed estimate is
+# corrected by the worst of them: one that is bad says little of the next
+MOST_TRIED, PATIENCE = 8, 3
 WORK_OF_CHECK = 6e6
 """Of one layout, as ``FlightDesign.most_work``: a second at most."""
 RECOMMENDED = 2  # the plan that is recommended, and the next best
@@ -100,7 +102,7 @@ def check_plans(
     *,
     most=MOST_TRIED,
     enough=RECOMMENDED,
-    patience=0,
+    patience=PATIENCE,
     judge=None,
     cost=None,
     progress=None,

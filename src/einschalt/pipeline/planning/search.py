@@ -156,7 +156,11 @@ class PlanFrame:
 
     def __post_init__(self):
         """Check what no planned model knows."""
-        given = {n: a for n, a in ALLOWED_WHERE_GIVEN.items() if getattr(self, n)}
+        given = {
+            name: allowed
+            for name, allowed in ALLOWED_WHERE_GIVEN.items()
+            if getattr(self, name) is not None
+        }
         raise_problems(problems_in(self, ALLOWED_IN_FRAME | given))
 
 

@@ -20,6 +20,7 @@ LONGEST = 500_000.0  # metres
 FARTHEST = 1e8  # metres from the origin: beyond it numbers are no coordinates
 LEAST_AREA = 1.0  # m²
 M2_PER_KM2 = 1e6
+MOST_PLACES = 250_000  # of a lattice over the rectangle around an area
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +91,18 @@ class FlightArea:
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
         return shapely.get_coordinates(self.shape)
+
+    def places(self, n):
+        """Easting, northing of about ``n`` places, evenly spread over it [m]."""
+        length, width = self.extent
+        step = np.sqrt(max(self.shape.area / n, length * width / MOST_PLACES))
+        axes = [
+            (np.arange(np.ceil(side / step)) + 0.5) * side / np.ceil(side / step)
+            - side / 2.0
+            for side in self.extent
+        ]
+        local = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        return self.to_ground(local[self.holds(local)])
 
     def to_local(self, ground):
         """Bring easting, northing (n, 2) into local axes [m]."""
@@ -169,5 +182,5 @@ def _check(shape):
         raise GeometryError(
             f"the area is {number(shape.area, 2)} m² large",
             expected="an area for several photographs, in metres",
-            remedy="Is it given in kilometres or degrees? Name its system with --crs",
+            remedy="Is it in kilometres or degrees? Export it with its system",
         )

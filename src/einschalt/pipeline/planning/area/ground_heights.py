@@ -14,6 +14,7 @@ MARGIN = 0.15  # of the area's extent, in which heights beside it are kept
 MOST_KEPT = 250_000
 MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
+PLACES_IN_AREA = 4000  # at which heights are wanted
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +119,20 @@ class GroundHeights:
         step = max(1, len(self.plane) // 1000)
         return float(np.median(self._tree.query(self.plane[::step], k=2)[0][:, 1]))
 
-    def require_cover(self, ground):
-        """Refuse heights that leave places (n, 2) of the area without any near."""
+    def require_cover(self, area):
+        """Refuse heights that leave the border of an area, or a place in it, bare.
+
+        In the area scattered heights may be as far apart as their number lets expect.
+        """
+        n_held = max(int(area.holds(area.to_local(self.plane)).sum()), 1)
+        expected = float(np.sqrt(area.shape.area / n_held))
+        self._require_near(area.border, self.spacing)
+        self._require_near(area.places(PLACES_IN_AREA), max(self.spacing, expected))
+
+    def _require_near(self, ground, spacing):
         away = self._tree.query(ground)[0]
-        most = FARTHEST_CELLS * max(self.spacing, 1.0)
         apart = number(self.spacing, 2)
-        if away.max() > most:
+        if away.max() > FARTHEST_CELLS * max(spacing, 1.0):
             east, north = ground[int(np.argmax(away))]
             raise GeometryError(
                 f"{self.source}: the nearest height to {east:.0f}, {north:.0f} in the "

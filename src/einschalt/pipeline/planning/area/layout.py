@@ -105,8 +105,21 @@ def _geometry(area, design):
 
 def require_size(area, design):
     """Refuse an area that is smaller than a model, or takes too many of them."""
-    geometry = design.geometry()
-    low = design.scale_number * np.array(geometry.usable_model)
+    require_one_model(area, design)
+    neat = np.prod(design.geometry().neat_model) * design.scale_number**2
+    n_models = design.n_coverages * area.shape.area / neat
+    if n_models > MOST_MODELS:
+        raise GeometryError(
+            f"the area would take {n_models:.0f} models of the low flight",
+            expected=f"at most {MOST_MODELS}",
+            remedy="Plan in parts, or give smaller image scales: larger scale "
+            "numbers, for which --max-height must leave room",
+        )
+
+
+def require_one_model(area, design):
+    """Refuse an area that is smaller than a model, or has too few points."""
+    low = design.scale_number * np.array(design.geometry().usable_model)
     least = float(low.min())
     if min(area.extent) < least / 2.0 or area.shape.area < low.prod() / 2.0:
         raise GeometryError(
@@ -124,15 +137,6 @@ def require_size(area, design):
             f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",
             expected=f"at least 3 rows of them, and {FEWEST_POINTS}",
             remedy="Give a smaller --spacing",
-        )
-    neat = np.prod(geometry.neat_model) * design.scale_number**2
-    n_models = design.n_coverages * area.shape.area / neat
-    if n_models > MOST_MODELS:
-        raise GeometryError(
-            f"the area would take {n_models:.0f} models of the low flight",
-            expected=f"at most {MOST_MODELS}",
-            remedy="Plan in parts, or give smaller image scales: larger scale "
-            "numbers, for which --max-height must leave room",
         )
 
 

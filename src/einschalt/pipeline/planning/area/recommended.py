@@ -20,12 +20,13 @@ from einschalt.pipeline.planning.area.layout import (
     SHORTEST_SIDE,
     AreaLayout,
     lay_out,
+    require_one_model,
     require_size,
 )
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanFrame, PlanSearch
+from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
@@ -103,6 +104,27 @@ def frame_over(area, frame) -> PlanFrame:
     length, width = area.extent
     extent = (length, width, float(area.shape.area))
     return replace(frame, shares_control=True, extent=extent)
+
+
+@in_english
+def search_over(target, area, choices, frame, *, where="everywhere", by="expected"):
+    """Find plans as :func:`find_plans` does; the border of an area counts.
+
+    Gives the search and the frame for :func:`plan_area`.
+    """
+    frame = frame_over(area, frame)
+    try:
+        return find_plans(target, choices, frame, where=where, by=by), frame
+    except GeometryError:
+        _require_least_model(area, choices, frame)  # where the area itself is at fault
+        raise
+
+
+def _require_least_model(area, choices, frame):
+    """Refuse an area that is smaller than the least model that may be chosen."""
+    least = {name: min(values) for name, values in vars(choices).items()}
+    least["high_scale_number"] = least["high_over_low"] * least["scale_number"]
+    require_one_model(area, design_of(least, frame))
 
 
 def plan_area(area, search, frame, *, heights=None, follows=False, progress=None):
