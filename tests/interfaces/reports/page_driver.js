@@ -20,8 +20,12 @@ const drive = async () => {
   map.canvas.dispatchEvent(new PointerEvent("pointermove", at));
   found.hovered = [map.tip.hidden, map.tip.firstChild.textContent, points.name(i), map.readout.textContent];
   const scale = map.view.scale;
+  map.drawNow();
   map.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "+" }));
   found.zoomed = map.view.scale / scale;
+  found.errorScales = [map.pixelsPerError];
+  map.drawNow();
+  found.errorScales.push(map.pixelsPerError);
   map.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
   found.whole = map.view.scale / scale;
   const row = rows("table[data-table=known]")[1];
@@ -47,7 +51,7 @@ const drive = async () => {
   tables.points.find(points.name(7));
   found.searched = rows("#all-points").map((one) => one.cells[0].textContent);
   tables.points.find("");
-  const column = tables.points.columns.findIndex((one) => one.title.startsWith("total"));
+  const column = tables.points.columns.findIndex((one) => one.title.startsWith(translated("total")));
   document.querySelectorAll("#all-points .sort")[column].click();
   found.worst = [tables.points.columns[column].value(tables.points.order[0]), Math.max(...points.error)];
   found.tamed = ["=1+1", "-7/8", "-5", "-5A", "7/8", "--", "'=x"].map(tamed);
@@ -57,6 +61,15 @@ const drive = async () => {
   found.layers = map.layers.filter(({ name }) => map.isOn(name)).map(({ name }) => name);
   document.querySelector("#scheme button").click();
   found.dark = inked(map);
+  for (const details of document.querySelectorAll("details")) details.open = true;
+  await wait(300);
+  const cells = [...document.querySelectorAll(".scroll, .cards th, .cards td, .headline dd")];
+  found.clipped = cells.filter((one) => one.scrollWidth > one.clientWidth + 1).map((one) => one.textContent.slice(0, 60));
+  found.cards = document.querySelectorAll("table.cards").length;
+  const cell = document.querySelector("#all-points tbody td");
+  found.named = [cell.dataset.title, tables.points.columns[1].title];
+  const print = (when) => { dispatchEvent(new Event(when)); return [rows("#all-points").length, map.view.width, document.querySelectorAll("#all-points button.sort").length]; };
+  found.printed = [print("beforeprint"), print("afterprint")];
   found.images = document.images.length;
   found.title = document.title;
 };

@@ -44,6 +44,12 @@ function barText(metres) {
 
 const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
 
+/** By how much errors are drawn larger than the ground, to two digits. */
+function factorText(factor) {
+  const round = Number(factor.toPrecision(2));
+  return round < 1000 ? localized(`${round}`) : count(round);
+}
+
 function roundDown(value, steps = [1, 2, 3, 5]) {
   const power = 10 ** Math.floor(Math.log10(value));
   const most = (value / power) * (1 + 1e-12);
@@ -55,7 +61,7 @@ function ticks(low, high, about) {
   const raw = (high - low) / Math.max(about, 1);
   if (!(raw > 0)) return [low];
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].find((s) => s * power >= raw * 0.999) * power;
+  const step = [1, 2, 5, 10].find((s) => s * power >= raw * 0.7) * power;
   const places = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-9; k++) places.push(k * step);
   return places;

@@ -47,6 +47,7 @@ async function start() {
   const worst = numberedPoints();
   const map = extentOf(points) ? new BlockMap(place("map-place"), points, models, scale, selection, worst) : null;
   if (!map) place("map-place").append(element("p", {}, translated("No point has coordinates.")));
+  document.querySelectorAll("table").forEach(watchTable);
   await new Promise((done) => { requestAnimationFrame(() => setTimeout(done, 0)); setTimeout(done, 200); });
   const tables = fill(place, head, points, models, scale, selection);
   selection.follow((change, by) => {

@@ -62,7 +62,7 @@ class Axes {
     for (const x of xs) this.add("text", { x: this.x(x), y: this.bottom + 15, class: "tick mid" }, (xText || tickText)(x, step(xs)));
     this.add("path", { d: `M${this.left} ${this.bottom}H${this.right}`, class: "axis" });
     this.add("text", { x: this.right, y: this.height - 4, class: "title end" }, xTitle);
-    this.add("text", { x: 2, y: this.top - 13, class: "title over" }, yTitle);
+    this.add("text", { x: 2, y: this.top - 13, class: "title" }, yTitle);
     return this;
   }
 }
@@ -98,7 +98,7 @@ function precisionPlot(host, points, scale, selection, claim) {
     for (const [value, text] of [[median, translated("median")], [most, "95 %"]]) {
       if (value > scale.high) continue;
       axes.add("path", { d: `M${axes.x(value)} ${axes.top}V${axes.bottom}`, class: "mark" });
-      axes.add("text", { x: axes.x(value) + 3, y: axes.top + 9, class: "tick" }, text);
+      axes.add("text", { x: axes.x(value) + 3, y: axes.top + 9, class: "tick over" }, text);
     }
     brush(axes, n, choose);
   } });
@@ -227,13 +227,15 @@ function paperPlot(host, points, claim) {
   if (rows.length < 3) return;
   const every = Math.ceil(rows.length / 1500), shown = rows.filter((_, k) => k % every === 0);
   const below = rows.reduce((n, i) => n + (points.paper[i] < points.error[i] ? 1 : 0), 0);
-  const xs = sorted(rows.map ? Float64Array.from(rows, (i) => points.error[i]) : []), ys = sorted(Float64Array.from(rows, (i) => points.paper[i]));
-  const reach = Math.max(Math.min(xs[xs.length - 1], 2 * quantile(xs, 0.95)), Math.min(ys[ys.length - 1], 2 * quantile(ys, 0.95))) * 1.05;
-  const low = Math.min(xs[0], ys[0]) * 0.9;
+  const rangeOf = (values) => {
+    const known = sorted(Float64Array.from(rows, (i) => values[i]));
+    return [known[0] * 0.9, Math.min(known[known.length - 1], 2 * quantile(known, 0.95)) * 1.05];
+  };
+  const x = rangeOf(points.error), y = rangeOf(points.paper), low = Math.max(x[0], y[0]), high = Math.min(x[1], y[1]);
   new Plot(host, { title: translated("Paper and propagated standard error"), said: translated("The paper’s figure is the smaller one at {share} of the new points.", { share: `${Math.round((100 * below) / rows.length)} %` }), draw: (axes) => {
-    axes.range([low, reach], [low, reach]).axes(`${claim} [${unit.name}]`, `standard_error_paper [${unit.name}]`, { xText: inUnit, yText: inUnit });
-    axes.line([[low, low], [reach, reach]], "expected");
-    for (const i of shown) if (points.error[i] <= reach && points.paper[i] <= reach) axes.add("circle", { cx: axes.x(points.error[i]), cy: axes.y(points.paper[i]), r: 1.8, class: "dot" });
+    axes.range(x, y).axes(`${claim} [${unit.name}]`, `standard_error_paper [${unit.name}]`, { xText: inUnit, yText: inUnit });
+    if (low < high) axes.line([[low, low], [high, high]], "expected"); // as large as each other
+    for (const i of shown) if (points.error[i] <= x[1] && points.paper[i] <= y[1]) axes.add("circle", { cx: axes.x(points.error[i]), cy: axes.y(points.paper[i]), r: 1.8, class: "dot" });
   } });
 }
 
