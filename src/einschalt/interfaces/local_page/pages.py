@@ -101,7 +101,7 @@ def said(handler):
 
 
 def refused(request, messages, status):
-    """What is wrong: a page, or JSON for a script."""
+    """Answer with a page that says what is wrong."""
     return page("refused", status, messages=messages, session=request.app.state.session)
 
 

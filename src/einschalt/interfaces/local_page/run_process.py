@@ -42,8 +42,11 @@ def main():
     os.dup2(2, 1)  # what libraries print must not fall among the answers
 
     def say(**answer):
-        answers.write(json.dumps(answer, default=str) + "\n")
-        answers.flush()
+        try:
+            answers.write(json.dumps(answer, default=str) + "\n")
+            answers.flush()
+        except BrokenPipeError:  # the server is gone, and _listen ends the run
+            os.dup2(os.open(os.devnull, os.O_WRONLY), answers.fileno())
 
     line = sys.stdin.readline()
     try:
