@@ -16,6 +16,7 @@ from einschalt.interfaces.local_page.refusals import MissingError, RefusedError
 from einschalt.interfaces.local_page.rooted_paths import REPORT, require_result
 from einschalt.interfaces.programs.full_check import everything_wrong
 from einschalt.interfaces.reports.problem_list import conclusion
+from einschalt.interfaces.reports.title_block import system_text
 
 # a report may come from anybody: its scripts have an origin of their own, none else's
 REPORT_POLICY = (
@@ -102,7 +103,7 @@ def _checked(place):
 
 def _facts(block):
     """What a block holds, in words."""
-    facts = [(translated("System"), block.crs or translated("none"))]
+    facts = [(translated("System"), system_text(block.crs))]
     if block.control_points is not None:
         facts.append((translated("Control"), _control(block.control_points)))
     for name, flight in block.flights.items():

@@ -16,6 +16,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page import words
 from einschalt.interfaces.local_page.refusals import RefusedError, TooLargeError
+from einschalt.interfaces.reports.page_templates import minus_sign
 
 MOST_OF_A_FORM = 2**16  # bytes
 AT_WORK = anyio.CapacityLimiter(2)  # pages that compute; others wait for their turn
@@ -31,6 +32,11 @@ def shown_value(value):
     return plain_value(value).replace(".", DECIMAL_SIGN.get(language(), "."))
 
 
+def capitalised(text):
+    """A text that stands first, as the label of a field."""
+    return text[:1].upper() + text[1:]
+
+
 TEMPLATES = jinja2.Environment(
     loader=jinja2.PackageLoader("einschalt.interfaces.local_page"),
     autoescape=True,
@@ -43,6 +49,8 @@ TEMPLATES.filters |= {
     "metres": length,
     "number": number,
     "words_of": lambda name: translated(words.PARTS.get(name, printable(name))),
+    "capitalised": capitalised,
+    "minus_sign": minus_sign,
     "plain_value": plain_value,
     "shown_value": shown_value,
     "retold": retold,
