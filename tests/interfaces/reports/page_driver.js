@@ -70,6 +70,8 @@ const drive = async () => {
   found.named = [cell.dataset.title, tables.points.columns[1].title];
   const print = (when) => { dispatchEvent(new Event(when)); return [rows("#all-points").length, map.view.width, document.querySelectorAll("#all-points button.sort").length]; };
   found.printed = [print("beforeprint"), print("afterprint")];
+  const { low, width, n } = barsOf({ low: 0.0335, high: 0.0622 }, 0.00108);
+  found.bars = [width / 0.00108, low, low + n * width];
   found.images = document.images.length;
   found.title = document.title;
 };

@@ -282,6 +282,15 @@ def test_no_table_is_clipped_on_any_screen(oriented_result, tmp_path, width, cho
     assert (found["cards"] > 0) is (width == 768)
 
 
+def test_bars_hold_as_many_of_the_errors_that_the_page_can_tell_apart(seen):
+    """Errors of many points are multiples of a step: no comb may appear."""
+    n_steps, low, high = seen[0]["bars"]
+    assert round(n_steps) == pytest.approx(n_steps)
+    assert n_steps > 0.5
+    assert low < 0.0335
+    assert high > 0.0622
+
+
 def test_on_paper_every_row_of_a_short_table_is_printed(seen, result):
     (n_printed, width, n_buttons), (n_shown, wide, n_sorting) = seen[0]["printed"]
     assert n_printed == len(result.points) > n_shown == 10

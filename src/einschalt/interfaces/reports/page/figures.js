@@ -42,12 +42,13 @@ function barText(metres) {
   return value >= 0.01 && value < 1000 ? `${rounded(value)} ${unit.name}` : groundText(metres);
 }
 
-const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
+/** A count as the text of the page has it: German groups five digits and more. */
+const count = (n) => words.decimal === "." || n < 10000 ? `${n}` : n.toLocaleString("en").replaceAll(",", "\u202f");
 
 /** By how much errors are drawn larger than the ground, to two digits. */
 function factorText(factor) {
   const round = Number(factor.toPrecision(2));
-  return round < 1000 ? localized(`${round}`) : count(round);
+  return round < 10000 ? localized(`${round}`) : count(round);
 }
 
 function roundDown(value, steps = [1, 2, 3, 5]) {

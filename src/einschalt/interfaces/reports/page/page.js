@@ -8,6 +8,7 @@ function pointsOf(data) {
   for (const name of ["error", "paper", "internal", "spread", "models", "coverages", "suspect", "known_east", "known_north",
     "apart_east", "apart_north", "semi_major", "flattened", "azimuth", "w", "bins_low", "bins_high"]) points[name] = numbers(name);
   points.share = given.share;
+  points.errorStep = given.error.quantum; // between two errors that the page can tell apart
   points.places = Uint32Array.from({ length: given.n }, (_, i) => i);
   return points;
 }
