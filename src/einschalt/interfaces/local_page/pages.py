@@ -56,7 +56,8 @@ TEMPLATES.filters |= {
     "retold": retold,
 }
 TEMPLATES.globals |= {"translated": translated, "language": language}
-OF_THE_REPORT = files("einschalt.interfaces.reports") / "page" / "page.css"
+OF_THE_REPORT = files("einschalt.interfaces.reports") / "page"
+SHARED = {"report.css": "page.css", "cards.js": "cards.js"}  # files of the report
 STATIC = files("einschalt.interfaces.local_page") / "static"
 
 
@@ -126,8 +127,8 @@ def one_line(text):
 
 @functools.cache
 def static_text(name):
-    """A script or style of the page, or the style of the report; None: no such file."""
-    if name == "report.css":
-        return OF_THE_REPORT.read_text(encoding="utf-8")
+    """A script or style of the page, or one of the report; None: no such file."""
+    if name in SHARED:
+        return (OF_THE_REPORT / SHARED[name]).read_text(encoding="utf-8")
     known = {path.name: path for path in STATIC.iterdir()}
     return known[name].read_text(encoding="utf-8") if name in known else None

@@ -1,7 +1,7 @@
 """A flight that is planned with sliders: precision and cost at once, then a map."""
 
 from dataclasses import dataclass
-from math import isfinite
+from math import floor, isfinite
 
 from starlette.responses import JSONResponse
 
@@ -92,14 +92,16 @@ def _values(asked):
     camera = camera if camera in CAMERAS else CAMERA
     values = {}
     for slider in sliders_of(camera):
-        value = _value(slider, asked.get(slider.name, ""))
-        values[slider.name] = min(max(value, slider.least), slider.most)
+        values[slider.name] = _value(slider, asked.get(slider.name, ""))
     values["control_per_model"] = 9 if asked.get("control_per_model") == "9" else 5
     return camera, values
 
 
 def _value(slider, text):
-    """What a slider was set to, with either decimal sign; the usual one if nothing."""
+    """What a slider was set to, at its next step; the usual value if nothing.
+
+    With either decimal sign; browsers know no place between two steps.
+    """
     if not text.strip():
         return slider.usual
     number_text = text.replace(",", ".")
@@ -109,7 +111,12 @@ def _value(slider, text):
             expected="a number",
             remedy="Set the slider again",
         )
-    return float(number_text)
+    value = min(max(float(number_text), slider.least), slider.most)
+    n_steps = min(
+        round((value - slider.least) / slider.step),
+        floor((slider.most - slider.least) / slider.step + ROUNDED),
+    )
+    return round(slider.least + n_steps * slider.step, 9)
 
 
 def _plan(camera, values):

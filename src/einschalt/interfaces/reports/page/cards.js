@@ -1,6 +1,6 @@
 // Tables wider than their place: each row becomes a card, each cell with its heading.
 
-const LONG = { figure: 9, text: 14 }; // signs of a cell that takes a line of its own
+const FITTING = 19; // letters of a cell beside those of its heading's longest word, in half a card
 
 /** Whether a table is shown as cards is decided anew where its place gets another width. */
 function fitTable(table) {
@@ -15,10 +15,12 @@ function fitTable(table) {
 /** Headings before the cells, since those of the columns are not above them any more. */
 function nameCells(table) {
   const titles = [...table.tHead.rows[0].cells].map((head) => head.textContent);
+  const longest = titles.map((title) => Math.max(...title.split(" ").map((word) => word.length)));
   for (const row of table.tBodies[0].rows) {
+    if (row.cells.length < titles.length) continue; // a message over all columns
     [...row.cells].forEach((cell, c) => {
       if (titles[c]) cell.dataset.title = titles[c];
-      cell.classList.toggle("long", cell.textContent.length > LONG[cell.classList.contains("n") ? "figure" : "text"]);
+      cell.classList.toggle("long", cell.textContent.length + longest[c] > FITTING);
     });
   }
 }
