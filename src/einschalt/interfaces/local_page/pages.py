@@ -67,7 +67,7 @@ def page(template, /, status=200, **facts):
     return HTMLResponse(text, status)
 
 
-def to(address):
+def redirect(address):
     """Lead on after a form was sent."""
     return RedirectResponse(address, 303)
 
@@ -95,7 +95,7 @@ async def worked(function, *arguments):
     return await anyio.to_thread.run_sync(function, *arguments, limiter=AT_WORK)
 
 
-def said(handler):
+def with_refusals(handler):
     """Answer with what is wrong where a handler raises it."""
 
     @functools.wraps(handler)

@@ -11,7 +11,12 @@ from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page.drawings import precision_map
-from einschalt.interfaces.local_page.pages import messages_of, page, said, worked
+from einschalt.interfaces.local_page.pages import (
+    messages_of,
+    page,
+    with_refusals,
+    worked,
+)
 from einschalt.interfaces.local_page.refusals import RefusedError
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import design_of
@@ -204,7 +209,7 @@ def map_of(asked):
     }
 
 
-@said
+@with_refusals
 async def plan_page(request):
     """Sliders, and what they give."""
     camera, values = _values(request.query_params)
@@ -219,13 +224,13 @@ async def plan_page(request):
     )
 
 
-@said
+@with_refusals
 async def plan_figures(request):
     """Figures, for the script of the page."""
     return JSONResponse(await worked(figures_of, request.query_params))
 
 
-@said
+@with_refusals
 async def plan_map(request):
     """The map, for the script of the page."""
     try:
