@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test browser docs docs-links drawings picture truth lint format bench fuzz faults \
+.PHONY: demo test browser screenshots docs docs-links drawings picture truth lint format bench fuzz faults \
 	clean clean-cache
 
 demo: .venv/installed
@@ -20,6 +20,10 @@ test: .venv/compiled
 browser:
 	command -v chromium || (apt-get update --quiet && apt-get install --yes --quiet chromium)
 	npm install --no-save --silent axe-core
+
+# pictures of report and local page, which nobody compares: out/screenshots, to look at
+screenshots: .venv/installed-test
+	$(BIN)/python -m tests.screenshots
 
 # the site, from nothing and without a network: out/site/index.html, and out/docs.zip to
 # read offline. Its tutorials and recipes are computed, a warning is an error

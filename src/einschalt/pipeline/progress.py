@@ -43,6 +43,23 @@ class Stage(StrEnum):
         return stage
 
 
+# of the whole work when results are assessed and written as well
+SHARES = {Stage.ASSESSMENT: 0.85, Stage.WRITING: 0.9, Stage.DONE: 1.0}
+
+
+def share_of_work(stage, fraction):
+    """Fraction of the whole work, when a fraction of the computation is done.
+
+    ``stage`` may be any title.
+
+    Examples
+    --------
+    >>> share_of_work(Stage.MODEL_TRANSFORMATION, 0.5), share_of_work("writing", 1.0)
+    (0.425, 0.9)
+    """
+    return SHARES.get(stage, SHARES[Stage.ASSESSMENT] * fraction)
+
+
 def stage_reporter(progress):
     """Give what reports a stage to a caller who may not be interested."""
 

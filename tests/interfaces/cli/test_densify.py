@@ -1,6 +1,7 @@
 """``einschalt densify``."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -56,6 +57,10 @@ def test_results_are_written_and_said(spawn, block_folder, tmp_path):
     assert "model transformation" in done.stderr
     assert "model transformation" not in done.stdout
     assert "\x1b" not in done.stdout + done.stderr
+    parts = [int(part) for part in re.findall(r"^ *(\d+)%", done.stderr, re.MULTILINE)]
+    assert parts == sorted(parts)
+    assert parts.count(100) == 1  # when its results are written
+    assert done.stderr.splitlines()[-1] == "100%  done"
 
 
 def test_summary_is_the_file_summary(invoke, block_folder, tmp_path):

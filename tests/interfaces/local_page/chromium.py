@@ -169,8 +169,11 @@ class Chromium:
         self("Emulation.setEmulatedMedia", features=[scheme])
 
     def picture(self, path):
-        """Keep a picture of the page."""
-        data = self("Page.captureScreenshot", captureBeyondViewport=True)["data"]
+        """Keep a picture of the whole page."""
+        wide, high = self.value("[innerWidth, document.documentElement.scrollHeight]")
+        clip = {"x": 0, "y": 0, "width": wide, "height": high, "scale": 1}
+        how = {"captureBeyondViewport": True, "clip": clip}
+        data = self("Page.captureScreenshot", **how)["data"]
         path.write_bytes(base64.b64decode(data))
 
     def choose(self, selector, files):

@@ -1,8 +1,16 @@
 """Files that are dropped: whole, within limits, and made a block."""
 
+import asyncio
+import errno
+import io
 import json
+import os
+import shutil
 
 import pytest
+
+from einschalt.interfaces.local_page import dropped_files
+from einschalt.interfaces.local_page.refusals import TooLargeError
 
 CHUNK = bytes(2**20)
 GIGABYTES = 2 * 2**30
@@ -77,6 +85,55 @@ def test_an_upload_that_does_not_end_is_broken_off(visit, root, announced):
     assert visitor.n_sent <= 6 * len(CHUNK)
     assert list((visitor.session.folder / "dropped-1").iterdir()) == []
     assert visitor.session.drops.n_bytes == 0
+
+
+class FullDisk(io.BytesIO):
+    def write(self, _data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_full_disk_is_said_and_leaves_nothing(visit, root, monkeypatch):
+    visitor = visit(root)
+    visitor.post("/drop")
+
+    def new_file(path):
+        path.touch()
+        return FullDisk()
+
+    monkeypatch.setattr(dropped_files, "_new_file", new_file)
+    answer = visitor.put("/drop/1/x.csv", [b"123"])
+    assert answer.status == 507
+    assert "x.csv: cannot be stored: no space left on device" in answer.text
+    assert list((visitor.session.folder / "dropped-1").iterdir()) == []
+    assert visitor.session.drops.n_bytes == 0
+
+
+def test_temporary_files_that_were_cleared_are_said(visit, root):
+    visitor = visit(root)
+    shutil.rmtree(visitor.session.folder)
+    answer = visitor.post("/drop")
+    assert answer.status == 507
+    assert "cannot be stored" in answer.text
+
+
+def test_what_breaks_off_does_not_uncount_what_comes_beside_it(tmp_path):
+    drops = dropped_files.Drops(tmp_path, 100)
+    drop = drops.new()
+
+    async def chunks(n, size):
+        for _ in range(n):
+            await asyncio.sleep(0)
+            yield bytes(size)
+
+    async def both():
+        too_large = drops.take(drop, "large", None, chunks(30, 10))
+        small = drops.take(drop, "small", None, chunks(3, 10))
+        return await asyncio.gather(too_large, small, return_exceptions=True)
+
+    failed, _ = asyncio.run(both())
+    assert isinstance(failed, TooLargeError)
+    assert drops.n_bytes == 30
+    assert [path.name for path in (tmp_path / "dropped-1").iterdir()] == ["small"]
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,16 @@ def test_answers_for_scripts_and_refusals_are_german(german):
         assert english_in(german.get("/", **headers).text) == []
 
 
+def test_fields_have_figures_as_germans_type_them(german):
+    page = german.get("/new?path=tables").text
+    assert 'name="high_flight.m_g_um" value="7,5"' in page
+    # a field begins as a sentence, whatever the question is on a terminal
+    labels = re.findall(r"<label>(\w)", page)
+    assert labels == [letter.upper() for letter in labels]
+    block = german.get("/block?path=nine").text
+    assert "MGI / Austria GK" in block  # the system by its name
+
+
 def test_a_run_speaks_german_and_so_does_its_report(german, root):
     page = german.post("/start", {"path": "nine", "output": "out"})
     assert page.status == 303

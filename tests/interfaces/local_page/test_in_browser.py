@@ -18,6 +18,9 @@ AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"
 AUDIT = """axe.run(document, { resultTypes: ["violations"], iframes: false }).then(
   ({ violations }) => violations.filter(({ impact }) => /serious|critical/.test(impact))
     .map(({ id, nodes }) => [id, nodes[0].html]))"""
+CLIPPED = """[...document.querySelectorAll(".scroll, .cards th, .cards td")]
+  .filter((one) => one.scrollWidth > one.clientWidth + 1)
+  .map((one) => one.textContent.slice(0, 60))"""
 PAGES = (
     *("/", "/block?path=nine", "/block?path=spoilt", "/new?path=tables", "/plan"),
     *("/batch", "/compare", "/result?path=first", "/compare?a=first&b=nine_results"),
@@ -135,13 +138,23 @@ def with_results(root, good_result):
     shutil.copytree(root / "first", root / "nine_results")
 
 
+def computed_many(browser):
+    """The page of a batch that was computed, with a block that failed."""
+    browser.open(f"{browser.own}/batch")
+    browser.value("document.querySelector('button.main').click()")
+    browser.until("document.querySelector('#run[data-state=done]')")
+    return browser.value("location.pathname")
+
+
 def test_every_page_fits_a_phone_and_is_open_to_all(with_results, browser):
-    for page in PAGES:
+    for page in (*PAGES, computed_many(browser)):
         for width, dark in ((1280, False), (390, True)):
             browser.look(width, dark=dark)
             browser.open(f"{browser.own}{page}")
+            browser.value("new Promise((done) => setTimeout(done, 200))")
             inner, wide = browser.value("[innerWidth, document.body.scrollWidth]")
             assert wide <= inner == width, page
+            assert browser.value(CLIPPED) == [], page
             paper = browser.value(
                 "getComputedStyle(document.documentElement).backgroundColor"
             )

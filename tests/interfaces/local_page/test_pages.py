@@ -146,6 +146,22 @@ def test_sliders_take_either_decimal_sign():
     assert plan_pages._values(comma) == plan_pages._values(point)
 
 
+@pytest.mark.parametrize("camera", plan_pages.CAMERAS)
+def test_sliders_stand_at_their_steps(camera):
+    """A browser would move them there, and the figures would be those of elsewhere."""
+    asked = {
+        "camera": camera,
+        "spacing": "250,5",
+        "m_g_um": "7.77",
+        "n_settings": "2.6",
+    }
+    _, values = plan_pages._values(asked)
+    for slider in plan_pages.sliders_of(camera):
+        n_steps = (values[slider.name] - slider.least) / slider.step
+        assert round(n_steps) == pytest.approx(n_steps, abs=1e-6), slider
+    assert values["n_settings"] == 3
+
+
 def test_the_usual_flight_of_every_camera_is_within_its_sliders():
     for camera in plan_pages.CAMERAS:
         assert plan_pages.figures_of({"camera": camera})["is_plan"], camera

@@ -38,6 +38,16 @@ def test_a_name_that_is_too_long_is_not_there(visitor):
     assert visitor.get(f"/block?path={'x' * 5000}").status == 404
 
 
+def test_a_folder_that_was_removed_meanwhile_is_named(visitor, root):
+    root.rename(root.parent / "away")
+    for page in ("/", "/batch", "/new", "/block?path=nine"):
+        answer = visitor.get(page)
+        assert answer.status == 404
+        assert f"there is no {'nine' if 'nine' in page else 'root'};" in answer.text
+    assert visitor.post("/start", {"path": "nine"}).status == 404
+    assert not root.exists()
+
+
 @pytest.mark.parametrize("output", ["x" * 400, "a/" * 3000, "block/block.toml/out"])
 def test_results_go_only_where_the_system_can_make_a_folder(
     visit, root, make_block, output

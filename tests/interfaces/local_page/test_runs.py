@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -96,6 +98,29 @@ def test_a_run_that_is_ended_leaves_nothing(visit, root, small_block, runs_wait)
     assert state["state"] == "failed"
     assert "signal 9" in state["problems"][0]
     assert sorted(root.rglob("*")) == before
+
+
+def test_a_run_whose_server_was_killed_ends_without_a_word(root, small_block):
+    """It is nobody's any more: no answer is read, and no line of input comes."""
+    question = {"kind": "densify", "block": str(small_block.path), "given": {}}
+    question |= {"output": str(root / "out"), "language": "en"}
+    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "waiting_run"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        **pipes,
+    )
+    process.stdin.write(json.dumps(question).encode() + b"\n")
+    process.stdin.flush()
+    stages = [json.loads(process.stdout.readline())["stage"] for _ in range(2)]
+    assert stages[-1] == str(Stage.MODEL_TRANSFORMATION)
+    process.stdout.close()
+    process.stdin.close()
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    assert process.wait(60.0) == 0
+    assert list(root.iterdir()) == []
 
 
 def test_what_is_wrong_is_said_without_options_of_the_command_line(

@@ -7,9 +7,11 @@ import zlib
 
 from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import written_in
 from einschalt.interfaces.reports.html_report import render
 from einschalt.interfaces.reports.page_templates import messages_of_scripts
+from einschalt.stages.relative_orientation.image_orientation import EXCHANGED
 
 
 def german_page(result):
@@ -30,6 +32,12 @@ def test_no_english_is_left_in_the_text_of_a_german_report(faulty_result):
     text = re.sub(r"<(style|script).*?</\1>|<[^>]*>", " ", html, flags=re.DOTALL)
     labels = re.findall(r'aria-label="([^"]*)"', html)
     assert ENGLISH.findall(DATA.sub("", " ".join([text, *labels]))) == []
+
+
+def test_why_an_orientation_is_doubted_is_german():
+    """The reason is kept in English with the result, and shown in German."""
+    with written_in("de"):
+        assert retold(EXCHANGED).startswith("die Basis zeigt gegen x: linkes und")
 
 
 def test_scripts_find_every_message_in_the_data_of_the_page(faulty_result):

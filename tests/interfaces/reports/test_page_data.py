@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from tests.changed_results import judged_before
+from tests.changed_results import changed, judged_before
 from tests.interfaces.reports.test_packed_data import Unpacked
 
 from einschalt.interfaces.files.block_folder import read_block
@@ -16,6 +16,7 @@ from einschalt.interfaces.reports.page_models import KEYS, footprints
 from einschalt.interfaces.reports.page_plots import plots
 from einschalt.interfaces.reports.page_points import MOST_SIGNS, evenly_chosen
 from einschalt.interfaces.reports.title_block import title_block
+from einschalt.pipeline.settings import Settings
 
 
 @pytest.fixture(scope="module")
@@ -137,5 +138,13 @@ def test_the_title_block_names_the_system_and_the_method(good_result):
     shown = dict(title_block(good_result))
     assert shown["Reference system"] == "MGI / Austria GK Central (EPSG:31255)"
     assert shown["Method"].startswith("two steps")
-    assert "Operator" not in shown
-    assert "Checksum of the input" not in shown
+    assert shown["Settings"] == "all defaults"
+    # as on a form that nobody has filled in
+    assert shown["Project"] == shown["Operator"] == "not given"
+    assert "Checksum of the input" not in shown  # of a block without files
+    chosen = changed(
+        good_result, settings=Settings(weighting="plain", significance=0.01)
+    )
+    assert dict(title_block(chosen))["Settings"] == (
+        "weighting = plain, significance = 0.01; others default"
+    )

@@ -24,6 +24,8 @@ from einschalt.foundations.language import written_in
 from einschalt.interfaces.reports import pdf_printer
 from einschalt.interfaces.reports.html_report import render
 from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
@@ -71,7 +73,7 @@ def looked_at(html, folder, width, driver=DRIVER):
     frame = FRAME.format(width)
     (folder / "frame.html").write_text(frame, encoding="utf-8")
     command = [BROWSER, *OPTIONS, "--no-sandbox", f"--user-data-dir={folder / 'p'}"]
-    command += ["--enable-logging=stderr", "--window-size=1400,1000", "--dump-dom"]
+    command += ["--enable-logging=stderr", "--window-size=1500,1000", "--dump-dom"]
     page = (folder / "frame.html").as_uri()
     done = subprocess.run(
         [*command, page], capture_output=True, text=True, timeout=120, check=True
@@ -92,6 +94,15 @@ def result(good_result):
     models.loc[2, "model_id"] = HOSTILE
     block = replace(good_result.block, name=HOSTILE, operator=HOSTILE)
     return judged_before(good_result, points=points, models=models, block=block)
+
+
+@pytest.fixture(scope="module")
+def oriented_result():
+    """A spatial block: its tables have the most columns."""
+    geometry = replace(
+        PRESETS["demo"].geometry, measurement="images", transformation="helmert_3d"
+    )
+    return densify(simulate_block("demo", seed=1, geometry=geometry))
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +133,8 @@ def test_the_map_answers_pointer_and_keys(seen):
     assert re.fullmatch(r"E \d+\.\d{3}  N \d+\.\d{3}", readout)
     assert found["zoomed"] == pytest.approx(1.5)
     assert found["whole"] == pytest.approx(1.0)
+    before, zoomed = found["errorScales"]
+    assert before == zoomed > 0.0  # an error is as long at every scale
     assert {"heat", "ellipses", "footprints", "apart", "points"} <= set(found["layers"])
 
 
@@ -252,6 +265,38 @@ def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     inner, wide = found["width"]
     assert inner == 390
     assert wide <= inner
+    assert found["clipped"] == []
+    # wide tables are cards, each cell with its heading
+    assert found["cards"] >= 3
+    assert found["named"][0] == found["named"][1]
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [768, 1280, 1400])
+@pytest.mark.parametrize("chosen", ["en", "de"])
+def test_no_table_is_clipped_on_any_screen(oriented_result, tmp_path, width, chosen):
+    with written_in(chosen):
+        html = render(oriented_result)
+    found, said = looked_at(html, tmp_path, width)
+    assert found["errors"] == said == found["clipped"] == []
+    assert (found["cards"] > 0) is (width == 768)
+
+
+def test_bars_hold_as_many_of_the_errors_that_the_page_can_tell_apart(seen):
+    """Errors of many points are multiples of a step: no comb may appear."""
+    n_steps, low, high = seen[0]["bars"]
+    assert round(n_steps) == pytest.approx(n_steps)
+    assert n_steps > 0.5
+    assert low < 0.0335
+    assert high > 0.0622
+
+
+def test_on_paper_every_row_of_a_short_table_is_printed(seen, result):
+    (n_printed, width, n_buttons), (n_shown, wide, n_sorting) = seen[0]["printed"]
+    assert n_printed == len(result.points) > n_shown == 10
+    assert width == 660 < wide
+    # a button in a head would not be repeated on the next page
+    assert n_buttons == 0 < n_sorting
 
 
 @needs_browser

@@ -15,6 +15,7 @@ from einschalt.foundations.language import (
     written_in,
 )
 from einschalt.interfaces.cli.exits import print_error
+from einschalt.pipeline.progress import Stage, share_of_work
 
 PATIENCE = 1.0  # seconds without a word
 OUTCOMES = {
@@ -38,6 +39,19 @@ def stage_progress(*, is_quiet):
                 show(retold(str(title)), fraction)
 
         yield shown
+
+
+def of_whole_work(show):
+    """Give what shows the stages of a computation as parts of the whole work.
+
+    That is done when its results are written: whoever writes them shows it.
+    """
+
+    def shown(title, fraction):
+        if title != Stage.DONE:
+            show(title, share_of_work(title, fraction))
+
+    return shown
 
 
 @contextmanager

@@ -17,8 +17,8 @@ from einschalt.interfaces.local_page.pages import (
     form_of,
     messages_of,
     page,
-    said,
-    to,
+    redirect,
+    with_refusals,
     worked,
 )
 from einschalt.interfaces.local_page.refusals import OutsideError
@@ -34,7 +34,7 @@ OUTCOMES = mark_each({"done": "done", "skipped": "skipped", "failed": "failed"})
 CLAIMS = mark_each({True: "supported", False: "not supported", None: "not tested"})
 
 
-@said
+@with_refusals
 async def batch_page(request):
     """The blocks below a folder, and where their results are to go."""
     session = request.app.state.session
@@ -66,7 +66,7 @@ def _blocks(place, output):
     return {name: one for name, one in blocks.items() if is_name(name)}, left_out
 
 
-@said
+@with_refusals
 async def start_batch(request):
     """Start the computation of all blocks below a folder."""
     session = request.app.state.session
@@ -79,7 +79,7 @@ async def start_batch(request):
     question["language"] = language()
     path = session.root.name(folder)
     links = {"back": f"/batch?{place.query}", "output": path, "names": list(blocks)}
-    return to(f"/run/{session.runs.start(question, place.title, links).number}")
+    return redirect(f"/run/{session.runs.start(question, place.title, links).number}")
 
 
 def rows_of(run):

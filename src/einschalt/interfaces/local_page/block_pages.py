@@ -10,12 +10,19 @@ from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, language, mark_each, translated
 from einschalt.foundations.typesetting import scale
 from einschalt.interfaces.local_page import batch_pages, words
-from einschalt.interfaces.local_page.pages import form_of, page, said, to, worked
+from einschalt.interfaces.local_page.pages import (
+    form_of,
+    page,
+    redirect,
+    with_refusals,
+    worked,
+)
 from einschalt.interfaces.local_page.problem_rows import MOST_SHOWN, problems_by_file
 from einschalt.interfaces.local_page.refusals import MissingError, RefusedError
 from einschalt.interfaces.local_page.rooted_paths import REPORT, require_result
 from einschalt.interfaces.programs.full_check import everything_wrong
 from einschalt.interfaces.reports.problem_list import conclusion
+from einschalt.interfaces.reports.title_block import system_text
 
 # a report may come from anybody: its scripts have an origin of their own, none else's
 REPORT_POLICY = (
@@ -26,15 +33,15 @@ FLIGHTS = mark_each({"high_flight": "High flight", "low_flight": "Low flight"})
 CHOICES = {"method": words.METHODS, "outliers": words.OUTLIERS}
 
 
-@said
+@with_refusals
 async def folder_page(request):
     """The folder: what can be opened in it."""
     session = request.app.state.session
     place = session.place(request.query_params)
     if place.kind == "result":
-        return to(f"/result?{place.query}")
+        return redirect(f"/result?{place.query}")
     if place.kind == "block":
-        return to(f"/block?{place.query}")
+        return redirect(f"/block?{place.query}")
     entries, n_cut = await worked(session.root.entries, place.folder)
     parts = Path(session.root.name(place.folder)).parts
     above = [
@@ -60,7 +67,7 @@ def _tables_in(folder):
     return [path.name for path in files_below(folder)][:20]
 
 
-@said
+@with_refusals
 async def block_page(request):
     """What is wrong with a block; where nothing is, how it is to be computed."""
     session = request.app.state.session
@@ -102,7 +109,7 @@ def _checked(place):
 
 def _facts(block):
     """What a block holds, in words."""
-    facts = [(translated("System"), block.crs or translated("none"))]
+    facts = [(translated("System"), system_text(block.crs))]
     if block.control_points is not None:
         facts.append((translated("Control"), _control(block.control_points)))
     for name, flight in block.flights.items():
@@ -125,7 +132,7 @@ def _control(points):
     return ", ".join(said)
 
 
-@said
+@with_refusals
 async def start(request):
     """Start the computation of a block."""
     session = request.app.state.session
@@ -148,7 +155,7 @@ async def start(request):
         "output": session.root.name(folder),
     }
     title = form.get("title") or place.title
-    return to(f"/run/{session.runs.start(question, title, links).number}")
+    return redirect(f"/run/{session.runs.start(question, title, links).number}")
 
 
 def _given(form):
@@ -159,21 +166,21 @@ def _given(form):
     return given
 
 
-@said
+@with_refusals
 async def run_page(request):
     """A computation that goes on, or how it ended."""
     session = request.app.state.session
     run = session.runs.get(request.path_params["number"])
     is_batch = run.question["kind"] == "batch"
     if run.state == "done" and not is_batch:
-        return to(run.links["result"])
+        return redirect(run.links["result"])
     if is_batch:
         facts = {"columns": batch_pages.COLUMNS, "rows": batch_pages.rows_of(run)}
         return page("batch_run", session=session, run=run, **facts)
     return page("run", session=session, run=run)
 
 
-@said
+@with_refusals
 async def run_state(request):
     """How far it is, for the script of the page."""
     run = request.app.state.session.runs.get(request.path_params["number"])
@@ -182,15 +189,15 @@ async def run_state(request):
     return JSONResponse(run.to_json() | rows)
 
 
-@said
+@with_refusals
 async def cancel(request):
     """End a computation."""
     run = request.app.state.session.runs.get(request.path_params["number"])
     run.cancel()
-    return to(f"/run/{run.number}")
+    return redirect(f"/run/{run.number}")
 
 
-@said
+@with_refusals
 async def result_page(request):
     """A result: its report, and what can be done with it."""
     session = request.app.state.session
@@ -201,7 +208,7 @@ async def result_page(request):
     return page("result", session=session, place=place, others=others)
 
 
-@said
+@with_refusals
 async def report(request):
     """The living report, in a frame of its own origin."""
     place = request.app.state.session.place(request.query_params)

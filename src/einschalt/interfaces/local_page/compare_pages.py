@@ -3,10 +3,10 @@
 from markupsafe import Markup
 
 from einschalt.interfaces.local_page.comparison import compare
-from einschalt.interfaces.local_page.pages import page, said, worked
+from einschalt.interfaces.local_page.pages import page, with_refusals, worked
 
 
-@said
+@with_refusals
 async def compare_page(request):
     """Choose two results, or see how they differ."""
     session = request.app.state.session

@@ -61,7 +61,7 @@ class Door:
         send = _with_headers(send)
         refusal = self._refusal(scope)
         if refusal is None and self.n_inside >= MOST_AT_ONCE:
-            refusal = _said(503, words.TOO_MANY_REQUESTS, {"retry-after": "1"})
+            refusal = _refused(503, words.TOO_MANY_REQUESTS, {"retry-after": "1"})
         if refusal is not None:
             await refusal(scope, receive, send)
             return
@@ -78,17 +78,17 @@ class Door:
             headers.setdefault(name.decode("latin-1"), value.decode("latin-1"))
         host = headers.get("host", "")
         if host not in self._hosts():
-            return _said(403, words.WRONG_HOST)
+            return _refused(403, words.WRONG_HOST)
         origin = headers.get("origin")
         is_safe = scope["method"] in SAFE
         if origin != f"http://{host}" and not (origin is None and is_safe):
-            return _said(403, words.WRONG_ORIGIN)
+            return _refused(403, words.WRONG_ORIGIN)
         is_from_elsewhere = headers.get("sec-fetch-site") in ("cross-site", "same-site")
         if is_from_elsewhere and headers.get("sec-fetch-mode") != "navigate":
-            return _said(403, words.WRONG_ORIGIN)
+            return _refused(403, words.WRONG_ORIGIN)
         if self._is_known(scope, headers):
             return None
-        return _said(403, words.NO_KEY)
+        return _refused(403, words.NO_KEY)
 
     def _hosts(self):
         return {f"{name}:{self.port}" for name in ("127.0.0.1", "localhost", "[::1]")}
@@ -110,7 +110,7 @@ class Door:
         return hmac.compare_digest(given, self.key.encode("ascii"))
 
 
-def _said(status, text, headers=None):
+def _refused(status, text, headers=None):
     return PlainTextResponse(f"{translated(text)}\n", status, headers)
 
 

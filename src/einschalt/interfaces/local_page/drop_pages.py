@@ -17,8 +17,8 @@ from einschalt.interfaces.local_page.pages import (
     form_of,
     messages_of,
     page,
-    said,
-    to,
+    redirect,
+    with_refusals,
     worked,
 )
 from einschalt.interfaces.local_page.refusals import RefusedError
@@ -59,7 +59,7 @@ def _refused(error):
     return PlainTextResponse(told(error), error.status, {"connection": "close"})
 
 
-@said
+@with_refusals
 async def opened_drop(request):
     """Lead on to the block that was dropped, or to the tables of which one is made."""
     session = request.app.state.session
@@ -67,7 +67,7 @@ async def opened_drop(request):
     homes = sorted(drop.root.path.rglob(BLOCK_FILE), key=lambda path: len(path.parts))
     folder = homes[0].parent if homes else _only_folder(drop.root.path)
     asked = {"drop": drop.number, "path": drop.root.name(folder)}
-    return to(f"/{'block' if homes else 'new'}?{urlencode(asked)}")
+    return redirect(f"/{'block' if homes else 'new'}?{urlencode(asked)}")
 
 
 def _only_folder(folder):
@@ -76,7 +76,7 @@ def _only_folder(folder):
     return entries[0] if len(entries) == 1 and entries[0].is_dir() else folder
 
 
-@said
+@with_refusals
 async def new_page(request):
     """What the files of a folder are, and what is still to be asked."""
     session = request.app.state.session
@@ -123,14 +123,14 @@ def _proposal(place, asked):
     return propose(found, given), [messages_of(error)[0] for error in refused]
 
 
-@said
+@with_refusals
 async def make_block(request):
     """Write block.toml of the tables and the answers."""
     session = request.app.state.session
     form = await form_of(request)
     place = session.place(form)
     await worked(_write_block, place, form)
-    return to(f"/block?{place.query}")
+    return redirect(f"/block?{place.query}")
 
 
 def _write_block(place: Place, form):

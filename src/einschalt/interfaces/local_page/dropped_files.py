@@ -12,6 +12,7 @@ from einschalt.interfaces.local_page.refusals import (
     MissingError,
     RefusedError,
     TooLargeError,
+    UnstoredError,
 )
 from einschalt.interfaces.local_page.rooted_paths import Root
 
@@ -47,7 +48,12 @@ class Drops:
             )
         number = len(self.all) + 1
         folder = self.folder / f"dropped-{number}"
-        folder.mkdir(mode=0o700)
+        try:
+            folder.mkdir(mode=0o700)
+        except (
+            OSError
+        ) as error:  # such as a folder for temporary files that was cleared
+            raise _unstored(folder, error) from None
         self.all[number] = Drop(number, Root(folder))
         return self.all[number]
 
@@ -71,18 +77,22 @@ class Drops:
                 f"more than {MOST_FILES} files", remedy="Drop the block alone"
             )
         path = drop.root.find(name, is_new=True)
-        before, is_whole = self.n_bytes, False
-        with _new_file(path) as file:
-            try:
+        n_own, is_whole = 0, False
+        file = _new_file(path)
+        try:
+            with file:
                 async for chunk in chunks:
                     self._require_room(len(chunk))
                     self.n_bytes += len(chunk)
+                    n_own += len(chunk)
                     file.write(chunk)
-                is_whole = True
-            finally:
-                if not is_whole:
-                    self.n_bytes = before
-                    path.unlink()
+            is_whole = True
+        except OSError as error:  # such as a disk that is full
+            raise _unstored(path, error) from None
+        finally:
+            if not is_whole:
+                self.n_bytes -= n_own  # others may come at the same time
+                path.unlink(missing_ok=True)
         drop.names.append(name)
 
     def _require_room(self, n_bytes):
@@ -105,6 +115,8 @@ def _new_file(path):
             "two files of the same name", remedy="Drop one of them", file=path.name
         ) from None
     except OSError as error:  # such as a name that is too long
-        raise RefusedError(
-            f"cannot be stored: {reason_of(error)}", file=path.name
-        ) from None
+        raise _unstored(path, error) from None
+
+
+def _unstored(path, error):
+    return UnstoredError(f"cannot be stored: {reason_of(error)}", file=path.name)

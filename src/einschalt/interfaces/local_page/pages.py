@@ -16,6 +16,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page import words
 from einschalt.interfaces.local_page.refusals import RefusedError, TooLargeError
+from einschalt.interfaces.reports.page_templates import minus_sign
 
 MOST_OF_A_FORM = 2**16  # bytes
 AT_WORK = anyio.CapacityLimiter(2)  # pages that compute; others wait for their turn
@@ -31,6 +32,11 @@ def shown_value(value):
     return plain_value(value).replace(".", DECIMAL_SIGN.get(language(), "."))
 
 
+def capitalised(text):
+    """A text that stands first, as the label of a field."""
+    return text[:1].upper() + text[1:]
+
+
 TEMPLATES = jinja2.Environment(
     loader=jinja2.PackageLoader("einschalt.interfaces.local_page"),
     autoescape=True,
@@ -43,12 +49,15 @@ TEMPLATES.filters |= {
     "metres": length,
     "number": number,
     "words_of": lambda name: translated(words.PARTS.get(name, printable(name))),
+    "capitalised": capitalised,
+    "minus_sign": minus_sign,
     "plain_value": plain_value,
     "shown_value": shown_value,
     "retold": retold,
 }
 TEMPLATES.globals |= {"translated": translated, "language": language}
-OF_THE_REPORT = files("einschalt.interfaces.reports") / "page" / "page.css"
+OF_THE_REPORT = files("einschalt.interfaces.reports") / "page"
+SHARED = {"report.css": "page.css", "cards.js": "cards.js"}  # files of the report
 STATIC = files("einschalt.interfaces.local_page") / "static"
 
 
@@ -58,7 +67,7 @@ def page(template, /, status=200, **facts):
     return HTMLResponse(text, status)
 
 
-def to(address):
+def redirect(address):
     """Lead on after a form was sent."""
     return RedirectResponse(address, 303)
 
@@ -86,7 +95,7 @@ async def worked(function, *arguments):
     return await anyio.to_thread.run_sync(function, *arguments, limiter=AT_WORK)
 
 
-def said(handler):
+def with_refusals(handler):
     """Answer with what is wrong where a handler raises it."""
 
     @functools.wraps(handler)
@@ -101,7 +110,7 @@ def said(handler):
 
 
 def refused(request, messages, status):
-    """What is wrong: a page, or JSON for a script."""
+    """Answer with a page that says what is wrong."""
     return page("refused", status, messages=messages, session=request.app.state.session)
 
 
@@ -118,8 +127,8 @@ def one_line(text):
 
 @functools.cache
 def static_text(name):
-    """A script or style of the page, or the style of the report; None: no such file."""
-    if name == "report.css":
-        return OF_THE_REPORT.read_text(encoding="utf-8")
+    """A script or style of the page, or one of the report; None: no such file."""
+    if name in SHARED:
+        return (OF_THE_REPORT / SHARED[name]).read_text(encoding="utf-8")
     known = {path.name: path for path in STATIC.iterdir()}
     return known[name].read_text(encoding="utf-8") if name in known else None

@@ -1,7 +1,7 @@
 """A flight that is planned with sliders: precision and cost at once, then a map."""
 
 from dataclasses import dataclass
-from math import isfinite
+from math import floor, isfinite
 
 from starlette.responses import JSONResponse
 
@@ -11,7 +11,12 @@ from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page.drawings import precision_map
-from einschalt.interfaces.local_page.pages import messages_of, page, said, worked
+from einschalt.interfaces.local_page.pages import (
+    messages_of,
+    page,
+    with_refusals,
+    worked,
+)
 from einschalt.interfaces.local_page.refusals import RefusedError
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import design_of
@@ -92,14 +97,16 @@ def _values(asked):
     camera = camera if camera in CAMERAS else CAMERA
     values = {}
     for slider in sliders_of(camera):
-        value = _value(slider, asked.get(slider.name, ""))
-        values[slider.name] = min(max(value, slider.least), slider.most)
+        values[slider.name] = _value(slider, asked.get(slider.name, ""))
     values["control_per_model"] = 9 if asked.get("control_per_model") == "9" else 5
     return camera, values
 
 
 def _value(slider, text):
-    """What a slider was set to, with either decimal sign; the usual one if nothing."""
+    """What a slider was set to, at its next step; the usual value if nothing.
+
+    With either decimal sign; browsers know no place between two steps.
+    """
     if not text.strip():
         return slider.usual
     number_text = text.replace(",", ".")
@@ -109,7 +116,12 @@ def _value(slider, text):
             expected="a number",
             remedy="Set the slider again",
         )
-    return float(number_text)
+    value = min(max(float(number_text), slider.least), slider.most)
+    n_steps = min(
+        round((value - slider.least) / slider.step),
+        floor((slider.most - slider.least) / slider.step + ROUNDED),
+    )
+    return round(slider.least + n_steps * slider.step, 9)
 
 
 def _plan(camera, values):
@@ -197,7 +209,7 @@ def map_of(asked):
     }
 
 
-@said
+@with_refusals
 async def plan_page(request):
     """Sliders, and what they give."""
     camera, values = _values(request.query_params)
@@ -212,13 +224,13 @@ async def plan_page(request):
     )
 
 
-@said
+@with_refusals
 async def plan_figures(request):
     """Figures, for the script of the page."""
     return JSONResponse(await worked(figures_of, request.query_params))
 
 
-@said
+@with_refusals
 async def plan_map(request):
     """The map, for the script of the page."""
     try:

@@ -61,7 +61,8 @@ def _of_file(name, problems, place):
         for number in sorted(lines)
         if shown and not (is_table and number == 1 and 1 not in shown)
     ]
-    messages = tuple(_one_line(problem) for problem in rest)
+    # the file is the heading above them
+    messages = tuple(_one_line(problem.with_facts(file=None)) for problem in rest)
     return FileProblems(printable(name or ""), header, tuple(rows), messages)
 
 

@@ -31,3 +31,9 @@ class TooLargeError(RefusedError):
     """More bytes than are taken."""
 
     status = 413
+
+
+class UnstoredError(RefusedError):
+    """A file that the system does not store."""
+
+    status = 507

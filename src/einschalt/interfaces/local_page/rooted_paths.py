@@ -46,7 +46,7 @@ class Root:
             _require_possible(path, text)
         elif not _is_there(path):
             raise MissingError(
-                f"there is no {shortened(text)}",
+                f"there is no {shortened(text) or path.name}",
                 expected="a file or folder that is there",
                 remedy="It may have been moved: go back, and open it again",
             )

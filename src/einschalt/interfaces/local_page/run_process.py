@@ -28,11 +28,9 @@ from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.result_folder import output_of, write_result
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.local_page import words
-from einschalt.pipeline.progress import Stage
+from einschalt.pipeline.progress import Stage, share_of_work
 
 GRACE_SECONDS = 120.0  # for files that are being put into their places
-# of the whole work, of which the computation is the larger part
-SHARE = {Stage.ASSESSMENT: 0.85, Stage.WRITING: 0.9}
 
 
 def main():
@@ -42,8 +40,11 @@ def main():
     os.dup2(2, 1)  # what libraries print must not fall among the answers
 
     def say(**answer):
-        answers.write(json.dumps(answer, default=str) + "\n")
-        answers.flush()
+        try:
+            answers.write(json.dumps(answer, default=str) + "\n")
+            answers.flush()
+        except BrokenPipeError:  # the server is gone, and _listen ends the run
+            os.dup2(os.open(os.devnull, os.O_WRONLY), answers.fileno())
 
     line = sys.stdin.readline()
     try:
@@ -109,8 +110,8 @@ def _densify(question, say):
     output = Path(question["output"])
 
     def progress(stage, fraction):
-        done = SHARE.get(stage, SHARE[Stage.ASSESSMENT] * fraction)
-        say(stage=str(stage), fraction=done)
+        if stage != Stage.DONE:  # it is computed, and not yet written
+            say(stage=str(stage), fraction=share_of_work(stage, fraction))
 
     progress(Stage.READING, 0.0)
     block = python_api.read_block(question["block"], question["given"])

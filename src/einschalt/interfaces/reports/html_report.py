@@ -91,7 +91,10 @@ def render(result, *, paper="auto") -> str:
         block=result.block,
         notes=[retold(printable(note)) for note in result.block.notes],
         title_block=title_block(result),
-        settings=result.settings.model_dump(),
+        settings={
+            name: MISSING if value in (None, "") else value
+            for name, value in result.settings.model_dump().items()
+        },
         sources={
             table: within_block(source)
             for table, source in result.block.sources.items()

@@ -127,7 +127,7 @@ def sources_of_error(result):
     return {
         "codes": list(block["source"]),
         "names": [source_name(source) for source in block["source"]],
-        "shares": _listed(block["share"], 4),
+        "shares": _listed(block["share"], 6),  # rounded as in the table
         "classes": [_listed(row, 9) for row in means],
     }
 

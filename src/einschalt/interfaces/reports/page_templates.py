@@ -19,12 +19,23 @@ TEMPLATES = jinja2.Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-TEMPLATES.filters["number"] = number
+
+
+def minus_sign(text):
+    """A figure with a minus sign instead of a hyphen, as the scripts write it.
+
+    >>> minus_sign("-0.14"), minus_sign("–"), minus_sign("8811-8936")
+    ('−0.14', '–', '8811-8936')
+    """
+    return re.sub(r"^-(?=\d)", "−", str(text))
+
+
+TEMPLATES.filters |= {"number": number, "minus_sign": minus_sign}
 TEMPLATES.globals |= {"translated": translated, "language": language}
 
 SCRIPTS = (
     *("words", "decode", "figures", "selection", "grid", "view", "layers", "map"),
-    *("table", "plots", "page"),
+    *("cards", "table", "plots", "page"),
 )
 """Modules of the page, in the order in which they stand in it: each knows those before.
 

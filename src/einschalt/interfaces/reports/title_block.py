@@ -17,14 +17,16 @@ LONGEST_NAME = 60
 
 def title_block(result) -> list[tuple[str, str]]:
     """Facts that authorities want at the head of a report, each with its title."""
-    block = result.block
+    block, empty = result.block, translated("not given")
+    # project and operator as on a form, filled in or not
     facts = [
-        (translated("Project"), block.project),
+        (translated("Project"), block.project or empty),
         (translated("Block"), block.name),
-        (translated("Operator"), block.operator),
+        (translated("Operator"), block.operator or empty),
         (translated("Date"), created_now()[:10]),
         (translated("Reference system"), system_text(result.crs)),
         (translated("Method"), _method(result)),
+        (translated("Settings"), _settings(result)),
         (translated("Computed by"), f"einschalt {version()}"),
         (translated("Checksum of the input"), digest_of_inputs(block)),
     ]
@@ -52,3 +54,12 @@ def _method(result):
     if result.choice is None:
         return method
     return translated("{method}, chosen by auto", method=method)
+
+
+def _settings(result):
+    """Which settings differ from the defaults."""
+    chosen = result.assessment.block.chosen_settings
+    if not chosen:
+        return translated("all defaults")
+    listed = ", ".join(f"{name} = {value}" for name, value in chosen)
+    return translated("{chosen}; others default", chosen=listed)

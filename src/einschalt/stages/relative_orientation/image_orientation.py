@@ -49,7 +49,7 @@ AGAINST_X = mark(
     "the base points against x. Where it was not flown that way, left and right image "
     "are exchanged, or the images are mirrored."
 )
-EXCHANGED = (
+EXCHANGED = mark(
     "the base points against x: left and right image are exchanged, or the images "
     "mirrored, unless it was flown that way"
 )

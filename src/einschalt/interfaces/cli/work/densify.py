@@ -7,7 +7,7 @@ from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
 from einschalt.interfaces.cli.outcome import report
-from einschalt.interfaces.cli.progress import stage_progress
+from einschalt.interfaces.cli.progress import of_whole_work, stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.result_folder import (
@@ -39,7 +39,7 @@ def densify(
     require_printable(pdf, report=not no_report)
     with (
         stage_progress(is_quiet=quiet) as show,
-        compilations_shown(show) as progress,
+        compilations_shown(of_whole_work(show)) as progress,
     ):
         read = python_api.read_block(block, given)
         progress.n_usual = usual_kernels(read)
@@ -52,6 +52,7 @@ def densify(
             options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
             options |= {"report": not no_report, "paper": pdf}
             write_result(result, output, **options, beside=True)
+        show(Stage.DONE, Stage.DONE.fraction)
     report(output, block=read.name, **figures_of(result))
     if not quiet:
         print_out(result.summary())

@@ -7,7 +7,11 @@ const inputs = { choose: document.getElementById("files"), "choose-folder": docu
 
 const say = (text) => { said.textContent = text; };
 const filled = (text, facts) => text.replace(/{(\w+)}/g, (_, name) => facts[name]);
-const refused = async (answer) => { if (!answer.ok) throw new Error(await answer.text()); return answer; };
+const required = async (answer) => {
+  if (answer.ok) return answer;
+  const isText = answer.headers.get("content-type")?.startsWith("text/plain");
+  throw new Error(isText ? await answer.text() : answer.statusText);
+};
 
 // what a folder holds; browsers give it in portions
 const entriesIn = (folder) => new Promise((done, fail) => {
@@ -30,11 +34,11 @@ const send = async (files) => {
   if (!files.length) return;
   const size = files.reduce((sum, [, file]) => sum + file.size, 0);
   if (size > most) throw new Error(filled(texts.tooLarge, { size: Math.ceil(size / 1e6), most: Math.floor(most / 1e6) }));
-  const { drop } = await (await refused(await fetch("/drop", { method: "POST" }))).json();
+  const { drop } = await (await required(await fetch("/drop", { method: "POST" }))).json();
   for (const [k, [name, file]] of files.entries()) {
     say(filled(texts.count, { k: k + 1, n: files.length, name }));
     const path = name.split("/").map(encodeURIComponent).join("/");
-    await refused(await fetch(`/drop/${drop}/${path}`, { method: "PUT", body: file }));
+    await required(await fetch(`/drop/${drop}/${path}`, { method: "PUT", body: file }));
   }
   location.assign(`/drop/${drop}`);
 };

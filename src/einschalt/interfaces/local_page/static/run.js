@@ -28,7 +28,10 @@ const follow = async () => {
   const run = await answer.json();
   if (stage.textContent !== run.stage) stage.textContent = run.stage;
   bar.value = run.fraction;
-  if (table) table.replaceChildren(...run.rows.flatMap(rowsOf));
+  if (table) {
+    table.replaceChildren(...run.rows.flatMap(rowsOf));
+    fitRows(table.parentElement);
+  }
   if (run.state === "running") setTimeout(followed, 300);
   else location.replace(location.pathname);
 };

@@ -42,7 +42,14 @@ function barText(metres) {
   return value >= 0.01 && value < 1000 ? `${rounded(value)} ${unit.name}` : groundText(metres);
 }
 
-const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
+/** A count as the text of the page has it: German groups five digits and more. */
+const count = (n) => words.decimal === "." || n < 10000 ? `${n}` : n.toLocaleString("en").replaceAll(",", "\u202f");
+
+/** By how much errors are drawn larger than the ground, to two digits. */
+function factorText(factor) {
+  const round = Number(factor.toPrecision(2));
+  return round < 10000 ? localized(`${round}`) : count(round);
+}
 
 function roundDown(value, steps = [1, 2, 3, 5]) {
   const power = 10 ** Math.floor(Math.log10(value));
@@ -55,7 +62,7 @@ function ticks(low, high, about) {
   const raw = (high - low) / Math.max(about, 1);
   if (!(raw > 0)) return [low];
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].find((s) => s * power >= raw * 0.999) * power;
+  const step = [1, 2, 5, 10].find((s) => s * power >= raw * 0.7) * power;
   const places = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-9; k++) places.push(k * step);
   return places;

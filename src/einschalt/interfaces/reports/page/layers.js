@@ -192,7 +192,7 @@ function outline(context, map, m) {
 }
 
 function drawVectors(context, map, layer, colour, width) {
-  const { points, view, exaggeration } = map, k = exaggeration * view.scale;
+  const { points, view, pixelsPerError: k } = map;
   const [east, north] = layer.columns.map((name) => points[name]);
   strokes(context, colour, width, () => {
     for (const i of map.thinnedOf(layer)) {
@@ -205,7 +205,7 @@ function drawVectors(context, map, layer, colour, width) {
 }
 
 function drawEllipses(context, map, layer) {
-  const { points, view, exaggeration } = map, k = exaggeration * view.scale;
+  const { points, view, pixelsPerError: k } = map;
   strokes(context, palette().ellipse, 0.7, () => {
     for (const i of map.thinnedOf(layer)) {
       const x = view.x(points.east[i]), y = view.y(points.north[i]);
@@ -315,9 +315,9 @@ function drawBars(context, map, colours) {
   const { view } = map, long = Math.min(130, view.width / 4);
   const ground = roundDown(long / view.scale);
   const bars = [[ground * view.scale, groundText(ground), colours.ink]];
-  if (map.exaggeration && map.signs.length) {
-    const error = roundDown(long / (view.scale * map.exaggeration));
-    bars.push([error * view.scale * map.exaggeration, translated("{length} of errors, × {factor}", { length: barText(error), factor: count(map.exaggeration) }), colours.check]);
+  if (map.pixelsPerError && map.signs.length) {
+    const error = roundDown(long / map.pixelsPerError);
+    bars.push([error * map.pixelsPerError, translated("{length} of errors, × {factor}", { length: barText(error), factor: factorText(map.pixelsPerError / view.scale) }), colours.check]);
   }
   context.font = "11px system-ui, sans-serif";
   context.textAlign = "left";

@@ -15,6 +15,7 @@ const ON_AT_FIRST = ["points", "known", "vectors", "numbers"];
 const USUAL_SIGN = 26; // pixels of a long vector
 const REACH = { vectors: 1.2, apart: 1.2, ellipses: 0.55 }; // of the way to the neighbour
 const SMALLEST_MODEL = 20; // pixels
+const ON_PAPER = [660, 480]; // width and height, so that its letters are as large as the text
 
 class BlockMap {
   constructor(host, points, models, scale, selection, worst) {
@@ -29,7 +30,7 @@ class BlockMap {
     this.thinned = new Map();
     this._build(host);
     selection.follow((change, by) => this._follow(change, by));
-    scheme.listeners.push(() => this._printOrScreen());
+    scheme.listeners.push(() => this._resize());
     new ResizeObserver(() => requestAnimationFrame(() => this._resize())).observe(this.sheet);
     this._resize();
   }
@@ -85,17 +86,13 @@ class BlockMap {
   }
 
   _resize() {
-    const width = this.sheet.clientWidth, height = this.sheet.clientHeight;
+    const [width, height] = scheme.printing ? ON_PAPER : [this.sheet.clientWidth, this.sheet.clientHeight];
     if (!width || !height) return;
-    this.ratio = Math.min(scheme.printing ? 3 : devicePixelRatio || 1, 3);
+    this.ratio = scheme.printing ? 3 : Math.min(devicePixelRatio || 1, 3);
     this.canvas.width = Math.round(width * this.ratio);
     this.canvas.height = Math.round(height * this.ratio);
     this.view.resize(width, height);
     this.drawNow();
-  }
-
-  _printOrScreen() {
-    this._resize();
   }
 
   /** Draw with the next frame of the screen, once for however many calls. */
@@ -135,18 +132,22 @@ class BlockMap {
     return Math.min(Math.max(0.28 * spacing * this.view.scale, 1), 4.5);
   }
 
-  /** Vectors and ellipses share one factor, so that they can be compared. */
+  /**
+   * Vectors and ellipses share one factor, so that they can be compared. It is chosen for
+   * the whole block: on the screen an error is as long at every scale of the map.
+   */
   _exaggerate() {
+    const wide = this.extent[2] - this.extent[0], high = this.extent[3] - this.extent[1], scale = this.view.wholeScale();
     let most = Infinity;
     for (const layer of this.signs) {
       layer.long ??= quantile(sorted(Float64Array.from(this.points.places, (i) => Math.hypot(...layer.columns.map((name) => this.points[name][i])))), 0.95);
       layer.all ??= this._having(layer).length;
-      const { inView, share } = this._share();
-      const drawn = Math.max(Math.min(layer.all * share, MOST_SIGNS), 1);
-      const reach = Math.min(USUAL_SIGN, REACH[layer.name] * Math.sqrt(inView / drawn) * this.view.scale);
-      if (layer.long > 0 && reach > 0) most = Math.min(most, reach / (layer.long * this.view.scale));
+      const drawn = Math.max(Math.min(layer.all, MOST_SIGNS), 1);
+      const spacing = Math.max(Math.sqrt(wide * high / drawn), Math.max(wide, high) / drawn); // the latter of points in a line
+      const reach = Math.min(USUAL_SIGN, REACH[layer.name] * spacing * scale);
+      if (layer.long > 0 && reach > 0) most = Math.min(most, reach / (layer.long * scale));
     }
-    this.exaggeration = most < Infinity ? roundDown(most) : 0;
+    this.pixelsPerError = most < Infinity ? roundDown(most) * scale : 0;
   }
 
   /** Points of a layer that are drawn at this scale: the same wherever the map is moved. */

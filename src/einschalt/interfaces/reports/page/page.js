@@ -8,6 +8,7 @@ function pointsOf(data) {
   for (const name of ["error", "paper", "internal", "spread", "models", "coverages", "suspect", "known_east", "known_north",
     "apart_east", "apart_north", "semi_major", "flattened", "azimuth", "w", "bins_low", "bins_high"]) points[name] = numbers(name);
   points.share = given.share;
+  points.errorStep = given.error.quantum; // between two errors that the page can tell apart
   points.places = Uint32Array.from({ length: given.n }, (_, i) => i);
   return points;
 }
@@ -47,6 +48,7 @@ async function start() {
   const worst = numberedPoints();
   const map = extentOf(points) ? new BlockMap(place("map-place"), points, models, scale, selection, worst) : null;
   if (!map) place("map-place").append(element("p", {}, translated("No point has coordinates.")));
+  document.querySelectorAll("table").forEach(watchTable);
   await new Promise((done) => { requestAnimationFrame(() => setTimeout(done, 0)); setTimeout(done, 200); });
   const tables = fill(place, head, points, models, scale, selection);
   selection.follow((change, by) => {

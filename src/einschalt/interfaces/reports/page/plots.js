@@ -1,5 +1,7 @@
 // Plots as SVG, drawn anew where their place gets another width; colours come from CSS.
 
+const MOST_BARS = 44;
+
 class Plot {
   constructor(host, { title, said, how, draw, height = 230, wide = false }) {
     this.draw = draw;
@@ -62,47 +64,52 @@ class Axes {
     for (const x of xs) this.add("text", { x: this.x(x), y: this.bottom + 15, class: "tick mid" }, (xText || tickText)(x, step(xs)));
     this.add("path", { d: `M${this.left} ${this.bottom}H${this.right}`, class: "axis" });
     this.add("text", { x: this.right, y: this.height - 4, class: "title end" }, xTitle);
-    this.add("text", { x: 2, y: this.top - 13, class: "title over" }, yTitle);
+    this.add("text", { x: 2, y: this.top - 13, class: "title" }, yTitle);
     return this;
   }
 }
 
 const inUnit = (value, step) => tickText(value / unit.metres, step / unit.metres);
 
+/** Bars that hold as many of the errors that occur, a multiple of a step: no comb appears. */
+function barsOf(scale, step) {
+  const low = scale.low - step / 2, span = scale.high + step / 2 - low;
+  const width = Math.max(Math.round(span / MOST_BARS / step), 1) * step;
+  return { low, width, n: Math.max(Math.ceil(span / width - 1e-9), 1) };
+}
+
 /** Histogram of standard errors: the key of the map's colours, and a brush. */
 function precisionPlot(host, points, scale, selection, claim) {
   const errors = Float64Array.from(points.places.filter((i) => points.isNew(i)), (i) => points.error[i]), known = sorted(errors);
   if (!known.length) return;
-  const n = 44, width = (scale.high - scale.low) / n, counts = new Uint32Array(n);
-  const binOf = (error) => Math.min(Math.floor((Math.min(error, scale.high) - scale.low) / width), n - 1);
+  const { low, width, n } = barsOf(scale, points.errorStep), counts = new Uint32Array(n);
+  const binOf = (error) => Math.min(Math.floor((Math.min(error, scale.high) - low) / width), n - 1);
   for (const error of known) counts[Math.max(binOf(error), 0)]++;
   const [median, most, largest] = [0.5, 0.95, 1].map((part) => quantile(known, part));
   const said = translated("Median {median}, 95th percentile {most}, largest {largest}.", { median: errorWithUnit(median), most: errorWithUnit(most), largest: errorWithUnit(largest) });
   let brushed = null;
-  const choose = (low, high) => {
-    brushed = [low, high];
-    const from = scale.low + low * width, to = high === n - 1 ? Infinity : scale.low + (high + 1) * width;
+  const choose = (first, last) => {
+    brushed = [first, last];
+    const from = low + first * width, to = last === n - 1 ? Infinity : low + (last + 1) * width;
     selection.highlight(points.n, (i) => points.isNew(i) && points.error[i] >= from - 1e-12 && points.error[i] < to,
       (found) => to === Infinity ? translated("{n:point|points} of {from} or more", { n: found, from: errorWithUnit(from) })
         : translated("{n:point|points} of {from}–{to}", { n: found, from: errorText(from), to: errorWithUnit(to) }), "histogram");
   };
   const plot = new Plot(host, { title: translated("{claim} of the new points", { claim }), said, how: translated("Drag over the bars to highlight their points."), height: 170, wide: true, draw: (axes) => {
-    axes.range([scale.low, scale.high], [0, Math.max(...counts) * 1.05]).axes(`[${unit.name}]`, translated("points"), { xText: inUnit });
-    const bars = [];
+    axes.range([low, low + n * width], [0, Math.max(...counts) * 1.05]).axes(`[${unit.name}]`, translated("points"), { xText: inUnit });
     counts.forEach((c, k) => {
-      const x = axes.x(scale.low + k * width), wide = axes.x(scale.low + (k + 1) * width) - x;
+      const x = axes.x(low + k * width), wide = axes.x(low + (k + 1) * width) - x;
       const isOut = brushed && (k < brushed[0] || k > brushed[1]);
-      axes.add("rect", { x, y: axes.y(c), width: Math.max(wide - 1, 0.5), height: Math.max(axes.bottom - axes.y(c), 0), fill: scale.css(scale.low + (k + 0.5) * width), opacity: isOut ? 0.25 : 1 });
-      bars.push(x);
+      axes.add("rect", { x, y: axes.y(c), width: Math.max(wide - 1, 0.5), height: Math.max(axes.bottom - axes.y(c), 0), fill: scale.css(low + (k + 0.5) * width), opacity: isOut ? 0.25 : 1 });
     });
     for (const [value, text] of [[median, translated("median")], [most, "95 %"]]) {
       if (value > scale.high) continue;
       axes.add("path", { d: `M${axes.x(value)} ${axes.top}V${axes.bottom}`, class: "mark" });
-      axes.add("text", { x: axes.x(value) + 3, y: axes.top + 9, class: "tick" }, text);
+      axes.add("text", { x: axes.x(value) + 3, y: axes.top + 9, class: "tick over" }, text);
     }
     brush(axes, n, choose);
   } });
-  rangeFields(host, { low: scale.low, width, n, unit: unit.name, perUnit: unit.metres }, choose);
+  rangeFields(host, { low, width, n, unit: unit.name, perUnit: unit.metres }, choose);
   selection.follow((change, by) => {
     if (!("mask" in change)) return;
     if (by !== "histogram") brushed = null;
@@ -227,13 +234,15 @@ function paperPlot(host, points, claim) {
   if (rows.length < 3) return;
   const every = Math.ceil(rows.length / 1500), shown = rows.filter((_, k) => k % every === 0);
   const below = rows.reduce((n, i) => n + (points.paper[i] < points.error[i] ? 1 : 0), 0);
-  const xs = sorted(rows.map ? Float64Array.from(rows, (i) => points.error[i]) : []), ys = sorted(Float64Array.from(rows, (i) => points.paper[i]));
-  const reach = Math.max(Math.min(xs[xs.length - 1], 2 * quantile(xs, 0.95)), Math.min(ys[ys.length - 1], 2 * quantile(ys, 0.95))) * 1.05;
-  const low = Math.min(xs[0], ys[0]) * 0.9;
+  const rangeOf = (values) => {
+    const known = sorted(Float64Array.from(rows, (i) => values[i]));
+    return [known[0] * 0.9, Math.min(known[known.length - 1], 2 * quantile(known, 0.95)) * 1.05];
+  };
+  const x = rangeOf(points.error), y = rangeOf(points.paper), low = Math.max(x[0], y[0]), high = Math.min(x[1], y[1]);
   new Plot(host, { title: translated("Paper and propagated standard error"), said: translated("The paper’s figure is the smaller one at {share} of the new points.", { share: `${Math.round((100 * below) / rows.length)} %` }), draw: (axes) => {
-    axes.range([low, reach], [low, reach]).axes(`${claim} [${unit.name}]`, `standard_error_paper [${unit.name}]`, { xText: inUnit, yText: inUnit });
-    axes.line([[low, low], [reach, reach]], "expected");
-    for (const i of shown) if (points.error[i] <= reach && points.paper[i] <= reach) axes.add("circle", { cx: axes.x(points.error[i]), cy: axes.y(points.paper[i]), r: 1.8, class: "dot" });
+    axes.range(x, y).axes(`${claim} [${unit.name}]`, `standard_error_paper [${unit.name}]`, { xText: inUnit, yText: inUnit });
+    if (low < high) axes.line([[low, low], [high, high]], "expected"); // as large as each other
+    for (const i of shown) if (points.error[i] <= x[1] && points.paper[i] <= y[1]) axes.add("circle", { cx: axes.x(points.error[i]), cy: axes.y(points.paper[i]), r: 1.8, class: "dot" });
   } });
 }
 

@@ -1,6 +1,7 @@
 // Tables that sort, search, turn their pages and go out as CSV.
 
 const PAGE_ROWS = 10;
+const MOST_ON_PAPER = 200; // rows
 
 // as in the CSV files beside the page: names that a spreadsheet would compute
 const SIGNS = "=+\\-@＝＋－＠";
@@ -24,8 +25,8 @@ class Table {
     this.rows = PAGE_ROWS;
     this.first = 0;
     this.mask = null;
-    // on paper there is no next page of a table that is short
-    if (old) scheme.listeners.push(() => { this.rows = scheme.printing ? n : PAGE_ROWS; this.show(); });
+    // on paper there is no next page
+    if (n <= MOST_ON_PAPER) scheme.listeners.push(() => { this.rows = scheme.printing ? n : PAGE_ROWS; this._title(); this.show(); });
     this._build(host);
     this.show();
   }
@@ -42,21 +43,31 @@ class Table {
     const bar = element("div", { class: "table-bar" }, this.search, this.count, this.pager, csv);
     if (this.old) this._adopt(host, bar);
     else this._make(host, bar);
+    this._title();
+  }
+
+  /** Heads that sort; as text on paper, where a button is not repeated on the next page. */
+  _title() {
     this.heads.forEach((head, c) => {
       const text = head.textContent;
-      head.replaceChildren(element("button", { type: "button", class: "sort", onclick: () => this.sort(c) }, text));
+      head.replaceChildren(scheme.printing ? text : element("button", { type: "button", class: "sort", onclick: () => this.sort(c) }, text));
     });
   }
 
   _make(host, bar) {
     this.heads = this.columns.map((column) => element("th", { scope: "col", class: column.isNumber ? "n" : undefined }, column.title));
     this.body = element("tbody");
-    const table = element("table", {}, element("caption", {}, this.title), element("thead", {}, element("tr", {}, ...this.heads)), this.body);
-    host.replaceChildren(bar, element("div", { class: "scroll", role: "region", tabindex: 0, "aria-label": this.title }, table));
+    const table = this.table = element("table", {}, element("caption", {}, this.title), element("thead", {}, element("tr", {}, ...this.heads)), this.body);
+    const isPrinted = this.n <= MOST_ON_PAPER;
+    const place = element("div", { class: `scroll${isPrinted ? "" : " unprinted"}`, role: "region", tabindex: 0, "aria-label": this.title }, table);
+    host.replaceChildren(bar, place);
+    if (!isPrinted) host.append(element("p", { class: "remark on-paper" }, translated("{number}: see {file}.", { number: this.noun(this.n), file: `${this.file}.csv` })));
+    watchTable(table);
   }
 
   /** Take over a table that stands in the page already. */
   _adopt(table, bar) {
+    this.table = table;
     this.heads = [...table.tHead.rows[0].cells];
     this.body = table.tBodies[0];
     if (this.n > PAGE_ROWS) table.parentElement.before(bar);
@@ -135,6 +146,7 @@ class Table {
     this.count.textContent = all > shown.length
       ? translated("{from}–{to} of {number}", { from: count(this.first + 1), to: count(last), number }) : number;
     this.pager.hidden = all <= this.rows;
+    fitRows(this.table);
   }
 
   _row(i) {

@@ -13,13 +13,14 @@ class View {
   }
 
   resize(width, height) {
-    const before = this._fitting();
+    const before = this.wholeScale();
     [this.width, this.height] = [width, height];
     if (this.isWhole) this.whole();
-    else this.scale *= this._fitting() / before;
+    else this.scale *= this.wholeScale() / before;
   }
 
-  _fitting() {
+  /** Scale at which the whole block is seen. */
+  wholeScale() {
     const wide = Math.max(this.extent[2] - this.extent[0], 1);
     const high = Math.max(this.extent[3] - this.extent[1], 1);
     return Math.min((this.width - 96) / wide, (this.height - 84) / high);
@@ -27,7 +28,7 @@ class View {
 
   whole() {
     this.isWhole = true;
-    this.scale = this._fitting();
+    this.scale = this.wholeScale();
     const shift = 8 / this.scale; // room for the labels of the grid
     this.centre = [(this.extent[0] + this.extent[2]) / 2 - shift, (this.extent[1] + this.extent[3]) / 2 - shift];
   }
@@ -47,7 +48,7 @@ class View {
   }
 
   zoom(factor, x = this.width / 2, y = this.height / 2) {
-    const fitting = this._fitting();
+    const fitting = this.wholeScale();
     const scale = Math.min(Math.max(this.scale * factor, fitting / 2), Math.max(fitting * 2e4, 1000));
     const place = [this.east(x), this.north(y)];
     this.scale = scale;
