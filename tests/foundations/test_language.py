@@ -169,6 +169,40 @@ def test_choices_and_lists_are_told_word_by_word():
         assert told == "enthält Passpunkte, Bildpunkte, aber keine Modellpunkte"
         # what has no entry is not told in two languages
         assert retold("the sky or the sea") == "the sky or the sea"
+        # what a setting may be is typed as it is, also where it is a word of messages
+        choice = "propagated or practice_1968 or off"
+        assert retold(choice) == "propagated oder practice_1968 oder off"
+
+
+def test_texts_put_together_are_read_so_that_least_english_is_left():
+    """A message whose places are wide fits them as well, and leaves most of it."""
+    told = {
+        "a.csv, row 1: column 'y' is missing, found x, z; expected x, y, z": (
+            "a.csv, Zeile 1: Spalte „y“ fehlt, gefunden x, z; erwartet: x, y, z"
+        ),
+        "The national survey may call it BETA.gsb. Name its folder with --grids, or "
+        "grids in [settings]": (
+            "Bei der Landesvermessung kann es BETA.gsb heißen. Seinen Ordner mit "
+            "--grids oder unter grids in [settings] nennen"
+        ),
+        "A (EPSG:1) to B (EPSG:2): no operation is good enough; A to B (8): 0.14 m, "
+        "needs b.tif, which is missing": (
+            "A (EPSG:1) nach B (EPSG:2): keine Operation ist gut genug; A to B (8): "
+            "0,14 m, braucht b.tif, das fehlt"
+        ),
+        "is no whole JSON: Expecting value: line 1 column 13 (char 12)": (
+            "ist kein vollständiges JSON: ein Wert fehlt: Zeile 1, Spalte 13 "
+            "(Zeichen 12)"
+        ),
+        "the worker has PROJ-data, version 1.20": (
+            "der Prozess hat PROJ-data, Version 1.20"
+        ),
+        "m_0 = 7; expected 0.0001 to 100 (metres)": (
+            "m_0 = 7; erwartet: 0,0001 bis 100 (Meter)"
+        ),
+    }
+    with written_in("de"):
+        assert {text: retold(text) for text in told} == told
 
 
 def test_what_is_to_be_typed_stays_as_the_program_reads_it():

@@ -53,8 +53,8 @@ def test_fault_and_remedy(value, found, remedy):
 
 def test_positive_numbers():
     assert describe_fault("-1", "metres", is_positive=True) == (
-        "'-1' is not positive",
-        "positive metres",
+        "'-1' is not above 0",
+        "metres, above 0",
         MEND,
     )
 

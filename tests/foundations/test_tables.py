@@ -104,10 +104,7 @@ def test_numbers_may_be_text_or_of_any_kind():
 
 def test_positive_columns():
     (said,) = said_of(model_points(n_settings=[1.0, 0.0, 2.0]))
-    assert (
-        "point B, model 1/2: n_settings '0.0' is not positive; expected positive"
-        in said
-    )
+    assert "n_settings '0.0' is not above 0; expected numbers, above 0" in said
 
 
 def test_heights_may_be_missing():

@@ -20,11 +20,13 @@ from pyproj.transformer import TransformerGroup
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
+from einschalt.foundations.language import mark
 from einschalt.foundations.longitudes import lies_within
 
 # steps that change no datum
 AXIS_CHANGE, TO_GEOCENTRIC = "axis order change", ("Conversion from ", "(geocentric)")
 CONVERSION = "change of map projection"
+BETTER = mark("better would be {0}")
 INVERSE = "Inverse of "
 NAMELESS = ("unknown", "unnamed")
 OF_COURSE = ("+no_defs", "+type=crs")
@@ -107,6 +109,10 @@ class Operation:
 
     def __str__(self):
         return f"{self.name} ({self.worth})"
+
+    def as_better(self) -> str:
+        """Write, behind a note, that it would have been better."""
+        return f"; {BETTER.format(self)}"
 
     @property
     def worth(self):

@@ -30,7 +30,7 @@ def describe_fault(value, unit, *, is_positive=False):
     >>> describe_fault("1.234,5", "metres")
     ("'1.234,5' has separators of thousands", 'metres', 'Write 1234.5')
     """
-    expected = f"{'positive ' if is_positive else ''}{unit}"
+    expected = f"{unit}, above 0" if is_positive else unit
     text = "" if value is None else _said(value)
     text = shortened(text, MOST_SHOWN) if len(text) > MOST_SHOWN else text
     if not isinstance(value, str) and text in ("nan", "NaT"):  # how pandas leaves out
@@ -55,7 +55,8 @@ def _fault(text):
         return f"{text!r} is infinite", MEND
     if is_number(text):
         is_small = abs(float(text)) <= LARGEST_NUMBER
-        return f"{text!r} is {'not positive' if is_small else 'too large'}", MEND
+        fault = f"{text!r} is not above 0" if is_small else f"{text!r} is too large"
+        return fault, MEND
     return _separators(text) or (f"{text!r} is not a number", MEND)
 
 

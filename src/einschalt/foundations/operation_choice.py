@@ -175,13 +175,12 @@ def _remedy(candidates, demand):
         ways = [_where(best.missing)]
         if best.accuracy_m > demand.accuracy_m:
             ways.append(f"Set crs_accuracy_m = {best.accuracy_m:g} to use it")
-    word = "Or set" if ways else "Set"
     if usable:
         one = usable[0]
-        epoch = "" if one.can_run else "crs_epoch and "
-        ways.append(
-            f"{word} {epoch}crs_accuracy_m = {one.accuracy_m:g} to use {one.name}"
-        )
+        keys = f"crs_accuracy_m = {one.accuracy_m:g}"
+        keys = keys if one.can_run else f"crs_epoch and {keys}"
+        use = f"Set {keys} to use {one.name}"
+        ways.append(f"Or: {use}" if ways else use)
     else:
         ways.append("Choose an operation with crs_operation and crs_accuracy_m")
     return ". ".join(ways)

@@ -14,6 +14,7 @@ from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
@@ -277,7 +278,7 @@ def _made(fit, k, method, outliers, cell):
     source, target = fit.observed.source[rows], fit.observed.target[rows]
     model = fit.models["model_id"].iloc[k]
     if len(source) < LEAST_POINTS:
-        found = typesetting.count(len(source), "identical point")
+        found = kept("{n:identical point|identical points}", n=len(source))
         raise GeometryError(
             f"{found} to be distributed by {method}",
             expected=f"{LEAST_POINTS} or more: fewer do not tell how alike neighbours "

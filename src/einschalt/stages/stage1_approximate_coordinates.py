@@ -23,9 +23,7 @@ from einschalt.stages.stage5_double_coverage import (
 )
 
 STAGE = "stage1_approximate_coordinates"
-OTHERWISE = (
-    '. Or adjust all models together: method = "simultaneous" needs less control'
-)
+OTHERWISE = 'Or adjust all models together: method = "simultaneous" needs less control'
 # From five control points m_0 is uncertain by a third: as a weight it would do harm
 # (5.11 cm instead of 4.71 on simulated Neukirchen).
 REDUNDANCY_OF_OWN_M_0 = 30
@@ -166,7 +164,7 @@ def require_usable(transformation, flight, stage, otherwise=""):
     raise GeometryError(
         f"no model of the {flight} could be transformed: {failures['reason'].iloc[0]}",
         expected="at least one usable model",
-        remedy=failures["remedy"].iloc[0] + otherwise,
+        remedy=". ".join(filter(None, [failures["remedy"].iloc[0], otherwise])),
         model=name_some(failures["model_id"]),
         stage=stage,
     )

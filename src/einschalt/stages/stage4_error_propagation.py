@@ -32,6 +32,7 @@ REMEDIES = {
 }
 # what shows in the computation only
 UNCHECKED = "nothing checks the block's orientations, or its heights"
+MEASURE_MORE = "Measure more points per model"
 GROUPS_UNKNOWN = "shifts of groups have no group_error_m"
 
 
@@ -81,8 +82,10 @@ def covariances_for(weighting, model, block):
         return None
     if model is None:
         untold = untold_sizes(block)
-        also = " and give group_error_m" if GROUPS_UNKNOWN in untold else ""
-        raise _not_rigorous(untold, f"Measure more points per model{also}")
+        remedy = MEASURE_MORE
+        if GROUPS_UNKNOWN in untold:
+            remedy = "Measure more points per model and give group_error_m"
+        raise _not_rigorous(untold, remedy)
     return model.covariances_of_values
 
 

@@ -255,7 +255,10 @@ def test_libraries_and_data_of_proj_count(folder, tmp_path, run, first_run, chan
     assert plan.reasons["block_00"] == said
     assert "no_number" in plan.reasons
     (row,) = (run_block(task) for task in plan.to_run if task.name == "block_00")
-    assert f"the worker has {changed} {known[changed]}; expected 0.1" in row["reason"]
+    assert (
+        f"has {changed}, version {known[changed]}; expected version 0.1"
+        in row["reason"]
+    )
 
 
 def test_results_of_a_former_word_are_not_computed_again(
@@ -570,7 +573,10 @@ def test_other_version_on_a_worker_is_said(folder, tmp_path, run, monkeypatch):
     )
     with batch_folder(tmp_path / "out"):
         table = run_batch(plan, HereEngine())
-    assert "the worker has einschalt 99.0; expected 0." in table["reason"][0]
+    assert (
+        "the worker has einschalt, version 99.0; expected version 0."
+        in table["reason"][0]
+    )
     assert table["remedy"][0] == "Install the same versions everywhere"
 
 

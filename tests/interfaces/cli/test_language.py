@@ -125,7 +125,7 @@ def test_no_help_is_left_in_english(command):
 
 def test_help_is_in_the_language_asked_for(invoke):
     shown = invoke("--language", "de", "plan", "--help").stdout
-    assert "Aufruf: einschalt plan [OPTIONS]" in shown
+    assert "Aufruf: einschalt plan [OPTIONEN]" in shown
     assert "[Vorgabe: (jene der\n" in shown
     assert "Beispiele:\n    einschalt plan\n" in shown
     assert "Bildpaare orientieren" in invoke("--help", "--language", "de").stdout

@@ -88,9 +88,7 @@ def test_old_frames_have_easting_and_northing(invoke, tmp_path):
         "transform", tmp_path / "old.csv", TABLES[1], *options, tmp_path / "a"
     )
     assert shown.exit_code == 0, shown.output
-    assert (
-        "easting for x, northing for y, as coordinates of the old frame" in shown.output
-    )
+    assert "x = easting, y = northing, as coordinates of the old frame" in shown.output
     assert invoke("transform", *TABLES, *options, tmp_path / "b").exit_code == 0
     one, other = (pd.read_csv(tmp_path / n / "parameters.csv") for n in "ab")
     numbers = one.select_dtypes("number").columns

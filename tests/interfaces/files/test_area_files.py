@@ -52,7 +52,7 @@ def bow():
         ([], "the layer is empty"),
         ([None], "the layer is empty"),
         ([{"type": "Polygon", "coordinates": []}], "the layer is empty"),
-        ([{"type": "Point", "coordinates": CENTRE}], "holds a Point"),
+        ([{"type": "Point", "coordinates": CENTRE}], "holds a geometry of type Point"),
         ([box(900_000, 900_000)], "900 km long"),
         ([box(0.1, 0.1, 13.6, 48.0)], "in kilometres or degrees"),
         ([{"type": "Polygon", "coordinates": [[[0, 0], [1]]]}], "damaged, or none"),

@@ -62,12 +62,12 @@ def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):
 @pytest.mark.parametrize(
     ("cells", "options", "says"),
     [
-        (with_gap(-9999), {"nodata": "-9999"}, "8 of 600 places .* no height"),
-        (with_gap(np.nan), {}, "8 of 600 places .* no height"),
+        (with_gap(-9999), {"nodata": "-9999"}, "8 of 600 places .* without a height"),
+        (with_gap(np.nan), {}, "8 of 600 places .* without a height"),
         (with_gap(-9999), {}, "height of -9999 m .* declare it as nodata"),
         (with_gap(3.4e38), {}, "Does it stand for a missing one"),
         (GROUND, {"nodata": "none"}, "nodata is no number"),
-        (GROUND, {"east": 100_000.0}, "none of 2000 heights lies in"),
+        (GROUND, {"east": 100_000.0}, "0 of 2000 heights in the area"),
         (GROUND, {"keys": (1, 1, 0, 1, 1024, 0, 1, 2)}, "cells are in degrees"),
         (GROUND, {"keys": (*PLANE[:-1], 31255)}, r"in MGI .*--crs EPSG:31255"),
         (GROUND[:, :25], {}, "nearest height to 504000, .* away"),
@@ -113,5 +113,5 @@ def test_lists_and_tables(name, header, line, tmp_path):
     assert heights.range == (0.5, 3.5)
     assert heights.plane[1].tolist() == [EAST + 1500, NORTH + 2500]
     (tmp_path / name).write_text(header + "\n".join(lines[:2]) + "\n", "utf-8")
-    with pytest.raises(EinschaltError, match="2 of 2 heights lies in the area"):
+    with pytest.raises(EinschaltError, match="2 of 2 heights in the area"):
         read_heights(tmp_path / name).over(AREA)

@@ -7,8 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.assessment import choice
+from einschalt.pipeline.assessment.assess import assess
 from einschalt.pipeline.assessment.choice import (
     ChoiceReason,
+    adjustment_beside,
     better_beside,
     better_of,
     is_untried,
@@ -17,6 +21,7 @@ from einschalt.pipeline.assessment.credibility import CredibleFigure, Reason
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.pipeline.summary.summary import lasting_summary
 
 AUTO = Settings(method="auto")
 PLANE = ["easting", "northing"]
@@ -170,15 +175,36 @@ def test_two_steps_are_named_where_they_are_known_to_be_better():
     assert beside(way(0.03), way(0.05), is_possible=False) is None
 
 
-def test_one_adjustment_is_recommended_where_it_may_gain(
+def test_one_adjustment_is_made_beside_two_steps_where_it_may_gain(
     good_result, faulty_result, given_approximations_result
 ):
     assert is_untried(good_result.examination)
-    assert "--method auto" in good_result.summary()
+    better = good_result.assessment.better
+    auto = densify(good_result.block, AUTO).choice
+    assert (better.method, better.reason) == (auto.method, auto.reason)
+    assert better.simultaneous == auto.simultaneous
     for result in (faulty_result, given_approximations_result):
         assert not is_untried(result.examination)
-        assert "--method auto" not in result.summary()
+        assert adjustment_beside(result.examination) is None
+        assert "--method" not in result.summary()
     block = good_result.block
     rigid = replace(block.low_flight, transformation="rigid")
     solution = replace(good_result.solution, block=replace(block, low_flight=rigid))
     assert not is_untried(replace(good_result, solution=solution).examination)
+
+
+def test_of_a_large_block_one_adjustment_is_only_recommended(good_result, monkeypatch):
+    monkeypatch.setattr(choice, "MOST_TRIED", 100)
+    assert adjustment_beside(good_result.examination) is None
+    told = assess(good_result)
+    assert told.is_untried
+    assert told.better is None
+    assert "--method auto computes both" in lasting_summary(told)
+
+
+def test_nothing_is_recommended_that_cannot_be_computed(good_result, monkeypatch):
+    def impossible(*_):
+        raise GeometryError("no")
+
+    monkeypatch.setattr(choice, "adjust_beside", impossible)
+    assert adjustment_beside(good_result.examination) is None

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from tests.changed_results import changed
 
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.choice import ChoiceReason, MethodChoice
 from einschalt.pipeline.assessment.facts.precision_of_points import SpreadFacts
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.sections.precision import caution
 from einschalt.pipeline.summary.summary import sections, summarize
 from einschalt.pipeline.summary.verdict import CAUSES, verdict
@@ -68,9 +71,9 @@ def test_one_coverage_of_given_points_is_too_small_only_conditionally(
 
 def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):
     figures = replace(good_result.figures, mean_total=0.0537, mean_paper=0.0367)
-    assert verdict(changed(good_result, figures=figures).assessment) == (
+    assert verdict(changed(good_result, figures=figures).assessment).startswith(
         "Demo (simulated): 77 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
-        "by Kovarik's budget)"
+        "by Kovarik's budget); "
     )
     figures = replace(figures, mean_total=np.nan)
     assert verdict(changed(good_result, figures=figures).assessment) == (
@@ -94,8 +97,9 @@ def test_verdict_says_failed_models(faulty_result):
 
 def test_verdict_says_what_most_points_have_where_a_few_dominate(good_result):
     told = replace(good_result.assessment, spread=SpreadFacts(0.30, 0.051, 0.62))
-    assert verdict(told).endswith(
-        "budget); a few points dominate: median 5.1 cm, 95th percentile 62 cm"
+    assert (
+        "budget); a few points dominate: median 5.1 cm, 95th percentile 62 cm; a sim"
+        in verdict(told)
     )
     bound = replace(told.credible, is_lower_bound=True)
     assert "dominate" not in verdict(replace(told, credible=bound))
@@ -111,6 +115,16 @@ def test_verdict_names_the_better_way_with_its_command(good_result):
     bound = replace(figure, is_lower_bound=True)
     told = replace(told, better=replace(choice, two_step=bound))
     assert "are better: 4.6 cm or worse (--method" in verdict(told)
+
+
+def test_verdict_names_what_one_adjustment_would_give(good_result):
+    """As the adjustment itself has it, and with the command that makes it."""
+    adjusted = densify(good_result.block, Settings(method="simultaneous"))
+    figure = length(adjusted.assessment.credible.value)
+    better = f"a simultaneous adjustment is better: {figure} (--method simultaneous)"
+    assert verdict(good_result.assessment).endswith(f"; {better}")
+    assert good_result.assessment.better.method == "simultaneous"
+    assert verdict(adjusted.assessment).count("--method") == 0
 
 
 def test_verdict_says_what_to_mend_first(faulty_result):

@@ -126,7 +126,7 @@ def _require_versions(signature):
     for name, version in expected.items():
         if own.get(name) != version:
             raise SettingsError(
-                f"the worker has {name} {own.get(name)}",
-                expected=f"{version}, as the batch has",
+                f"the worker has {name}, version {own.get(name)}",
+                expected=f"version {version}, as the batch has",
                 remedy="Install the same versions everywhere",
             )

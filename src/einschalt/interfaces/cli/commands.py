@@ -14,8 +14,10 @@ from einschalt.foundations.language import (
     language_of_locale,
     mark,
     mark_each,
+    numbers_set,
     translated,
 )
+from einschalt.foundations.number_parsing import is_number
 from einschalt.interfaces.cli.lengths import unit_of, with_numbers
 
 LANGUAGE = "--language"
@@ -24,6 +26,7 @@ HEADINGS = mark_each(
     {"Options": "Options", "Arguments": "Arguments", "Commands": "Commands"}
 )
 USAGE = mark("Usage: ")
+PLACES = (mark("[OPTIONS]"), mark("COMMAND"), mark("[ARGS]..."))
 HELP = mark("Show this message and exit.")
 WRONG_CALLS = (
     mark("No such option: {0}"),
@@ -77,6 +80,8 @@ class WholeWords(typer.Context.formatter_class):
 
     def write_usage(self, prog, args="", prefix=None):
         """Write the usage."""
+        for place in PLACES:
+            args = args.replace(place, translated(place))
         super().write_usage(prog, _unbroken(args), prefix or translated(USAGE))
 
     def write_heading(self, heading):
@@ -119,8 +124,13 @@ def _told_beside(word):
     if kind != "default":
         return translated("required") if word == "required" else word
     is_said = value.startswith("(") and value.endswith(")")
-    value = f"({translated(value[1:-1])})" if is_said else value
+    value = f"({translated(value[1:-1])})" if is_said else _told_number(value)
     return translated("default: {value}", value=value)
+
+
+def _told_number(value):
+    """A default that is one number, as it may be typed; anything else as it is."""
+    return numbers_set(value) if is_number(value) else value
 
 
 def language_asked(words):

@@ -18,6 +18,7 @@ from einschalt.foundations.interruptions import Terminated, ended_in_order
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
     LANGUAGES,
+    figure,
     language,
     mark,
     translated,
@@ -145,7 +146,9 @@ def _print_circumstances(options, seconds):
     for name, value in given.items():
         print_error(f"  {name} = {value}")
     python = ".".join(map(str, sys.version_info[:3]))
-    print_error(f"einschalt {version('einschalt')}, Python {python}: {seconds:.2f} s")
+    print_error(
+        f"einschalt {version('einschalt')}, Python {python}: {figure(seconds, '.2f')} s"
+    )
 
 
 def done_in_work(command):

@@ -139,7 +139,7 @@ def _polygons(shapes, source):
         raise _no_polygon("no polygon: the layer is empty", source)
     other = [one.geom_type for one in shapes if one.geom_type not in KINDS]
     if other:
-        raise _no_polygon(f"a {other[0]}", source)
+        raise _no_polygon(f"a geometry of type {other[0]}", source)
     return shapes
 
 

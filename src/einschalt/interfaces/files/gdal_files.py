@@ -12,6 +12,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.library_errors import without_statement
 
 LONGEST_REASON = 200
 COPIES = "einschalt-copy-"  # begins the name of the folder of a copy
@@ -46,7 +47,7 @@ def opened(parts, source, options=AS_TEXT):
             pyogrio.set_gdal_config_options(options)
             yield pyogrio, paths[0]
         except (RuntimeError, ValueError) as error:  # the bases of pyogrio's errors
-            said = str(error).replace(str(folder), "").split(";")[0]
+            said = without_statement(str(error)).replace(str(folder), "").split(";")[0]
             raise FileError(
                 f"cannot be read: {shortened(said, LONGEST_REASON)}",
                 remedy="Export it again, or save the table as CSV",

@@ -20,6 +20,7 @@ import pyarrow as pa
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.library_errors import without_statement
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
@@ -100,8 +101,7 @@ def _said_as_file_error(path):
     try:
         yield
     except (RuntimeError, sqlite3.Error) as error:
-        # the whole statement in SQL stands before what is wrong with it
-        reason = str(error).rpartition(") failed: ")[2]
+        reason = without_statement(str(error))
         raise FileError(
             f"cannot be written: {shortened(reason, LONGEST_REASON)}",
             remedy="See that the disk has space, raise a limit on the size of files, "

@@ -209,7 +209,8 @@ def _refuse_foreign(folder, output, taken):
         _refuse_content(folder, output)
     elif not is_same_source(evidence.origin, output.source.origin(folder)):
         command, name = evidence.origin["command"], evidence.origin["name"]
-        what = f"another block, {name!r}" if command == "densify" else "something else"
+        is_block = command == "densify"
+        what = f"another block, {name!r}" if is_block else "other input"
         raise OutputError(
             f"the folder holds results of {what} (einschalt {command})",
             expected=OTHER_FOLDER,

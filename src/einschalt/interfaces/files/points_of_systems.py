@@ -171,14 +171,26 @@ def bring(frame, checked, systems, demand, *, grids=None, source=""):
     if "height" in columns:
         columns["height"] = np.where(lacks_height, np.nan, columns["height"])
     columns |= _turned_errors(checked, points, own, operation, grids)
-    way = f"from {system_label(systems[0])} to {system_label(systems[1])}"
-    note = f"{source}: {len(frame)} points transformed {way} by {operation}"
-    if operation.grids:
-        note += f" with {' and '.join(name for name, _ in operation.grids)}"
+    labels = map(system_label, systems)
+    note = transformation_note(source, len(frame), *labels, operation)
     if better is not None:
-        note += f"; better would be {better}"
+        note += better.as_better()
     is_told = _axes_told(checked, points, own, target)
     return Brought(frame.assign(**columns), operation, f"{note}{said}", is_told)
+
+
+def transformation_note(source, n_points, own, target, operation) -> str:
+    """Write how points came from their system into that of the block."""
+    grids = " and ".join(name for name, _ in operation.grids)
+    if not grids:
+        return (
+            f"{source}: {n_points} points transformed from {own} to {target} by "
+            f"{operation}"
+        )
+    return (
+        f"{source}: {n_points} points transformed from {own} to {target} by "
+        f"{operation} with {grids}"
+    )
 
 
 def _axes_told(checked, points, own, target):

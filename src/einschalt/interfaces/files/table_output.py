@@ -13,7 +13,6 @@ from einschalt.interfaces.files.atomic import (
 )
 from einschalt.interfaces.files.input_files import checksum, checksum_or_none
 from einschalt.interfaces.files.output_folder import (
-    NAME_ANOTHER,
     InputFiles,
     Output,
     refuse_input,
@@ -72,7 +71,7 @@ def write_file(path, output, write):
             raise OutputError(
                 "there is a file of this name, which would be lost",
                 expected="a new name",
-                remedy=f"{NAME_ANOTHER.replace('folder', 'file')}, or give --overwrite",
+                remedy="Name another file, or give --overwrite",
                 file=path,
             )
         with said_as_file_error(path):

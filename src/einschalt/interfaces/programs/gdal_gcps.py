@@ -117,7 +117,9 @@ def read_geotiff(file) -> Foreign:
         try:
             with Image.open(io.BytesIO(file.data), formats=("TIFF",)) as image:
                 tags = dict(image.tag_v2)
-        except (UnidentifiedImageError, OSError, ValueError, SyntaxError) as error:
+        except UnidentifiedImageError as error:  # it names a place in memory
+            raise damaged(file.source, "is no TIFF, or not whole", TIFF) from error
+        except (OSError, ValueError, SyntaxError) as error:
             found = f"is no whole TIFF: {str(error)[:60]}"
             raise damaged(file.source, found, TIFF) from error
         except (KeyError, TypeError, Image.DecompressionBombError) as error:

@@ -9,7 +9,9 @@ from einschalt.foundations.language import in_english
 from einschalt.pipeline.assessment.causes import ranked_causes, with_causes
 from einschalt.pipeline.assessment.choice import (
     MethodChoice,
+    adjustment_beside,
     better_beside,
+    is_tried,
     is_untried,
 )
 from einschalt.pipeline.assessment.credibility import CredibleFigure
@@ -83,7 +85,7 @@ class Assessment:
     block: BlockFacts
     # with method = "auto": which way was taken, and why
     choice: MethodChoice | None
-    # the two steps, where they are known to be better than the adjustment that was made
+    # the other method, where it is known to be better than the one that was taken
     better: MethodChoice | None
     is_untried: bool  # whether one adjustment of all models may gain, and was not made
     causes: tuple[str, ...]  # codes of findings that explain others, most of them first
@@ -173,8 +175,8 @@ def _(examined: TwoStepExamination):
             findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
-        "better": None,
-        "is_untried": is_untried(examined),
+        "better": adjustment_beside(examined),
+        "is_untried": is_untried(examined) and not is_tried(examined),
         "control_strain": displaced_control_facts(examined),
     }
 

@@ -7,6 +7,7 @@ figure of a block. Each of these is a finding; the pair explains them.
 from collections import Counter
 from dataclasses import asdict, replace
 
+from einschalt.pipeline.assessment.evidence.claim import KNOWN
 from einschalt.pipeline.assessment.finding import Finding
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
@@ -90,16 +91,24 @@ def _without_what_copies_make(findings):
 
 
 def _with_lone_point(findings):
-    """Mark the differences at all check points where a single one makes them."""
+    """Mark what check points say against the claim where a single one makes it."""
     cause = "lone_wrong_check_point"
     if all(found.code != cause for found in findings):
         return findings
     return tuple(
         replace(found, explained_by=cause)
-        if found.code == "check_points_beyond_claim" and not found.explained_by
+        if _is_of_check_points(found) and not found.explained_by
         else found
         for found in findings
     )
+
+
+def _is_of_check_points(found):
+    """Whether a finding rests on nothing else."""
+    if found.code == "claim_that_does_not_stand":
+        tests = {test["quantity"] for test in found.facts["rejected"]}
+        return tests == {KNOWN["check"]}
+    return found.code == "check_points_beyond_claim"
 
 
 def _follows(found, points, models, *, is_coupled):

@@ -455,6 +455,12 @@ EXAMINATIONS = {
 }
 
 
-def examine(solution):
-    """Examination of a solution, of the kind that fits the way it was computed."""
-    return EXAMINATIONS[type(solution)](solution)
+def examine(solution, two_step=None):
+    """Examination of a solution, of the kind that fits the way it was computed.
+
+    ``two_step``: that of the two steps beside one adjustment, if there is one already.
+    """
+    examined = EXAMINATIONS[type(solution)](solution)
+    if two_step is not None:
+        vars(examined)["two_step"] = two_step  # as a cached property keeps it
+    return examined

@@ -116,6 +116,27 @@ def contradicting_points(examined) -> np.ndarray:
     return known.point_ids[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
 
 
+def few_contradicting_points(examined) -> np.ndarray:
+    """Names of the check points that contradict the claim, if the others agree with it.
+
+    None unless these are the majority.
+    """
+    known, names = examined.known_check, contradicting_points(examined)
+    is_other = ~np.isin(known.point_ids, names)
+    is_few = 2 * len(names) < known.count and not _picked(known, is_other).are_beyond
+    return names if is_few else names[:0]
+
+
+def _picked(known, is_picked):
+    """Some of the known points, against the same claim."""
+    return replace(
+        known,
+        point_ids=known.point_ids[is_picked],
+        differences=known.differences[is_picked],
+        degrees=known.degrees * np.mean(is_picked),
+    )
+
+
 def lone_contradiction(examined) -> KnownPoints | None:
     """The other check points, where a single one makes their differences too large.
 
@@ -127,13 +148,7 @@ def lone_contradiction(examined) -> KnownPoints | None:
     known, names = examined.known_check, contradicting_points(examined)
     if not known.are_beyond or len(names) != 1 or _is_near_doubt(examined, names[0]):
         return None
-    is_other = known.point_ids != names[0]
-    others = replace(
-        known,
-        point_ids=known.point_ids[is_other],
-        differences=known.differences[is_other],
-        degrees=known.degrees * np.mean(is_other),
-    )
+    others = _picked(known, known.point_ids != names[0])
     beside = replace(others, claimed=known.rms)
     return others if beside.are_too_small and not others.are_beyond else None
 

@@ -11,9 +11,9 @@ import pandas as pd
 
 from einschalt.foundations.display_names import as_unicode, printable, shortened
 from einschalt.foundations.errors import BlockError, EinschaltError
-from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.kept_texts import kept, retold
 from einschalt.foundations.language import mark, mark_each, translated
-from einschalt.foundations.typesetting import count, length
+from einschalt.foundations.typesetting import length
 from einschalt.foundations.typesetting import seconds as duration
 
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
@@ -36,6 +36,7 @@ POSITION = ("point_id", "easting", "northing", "height")
 SAME = 1e-3  # coordinates that differ by less are the same [m]
 CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
+AND_MORE = mark("{reason} (and {n:more problem|more problems}: see failure.json)")
 NOT_ASKED = "only blocks that failed were asked for"
 MOST_SAID = 10
 OUTCOMES = mark_each({DONE: "{n} done", SKIPPED: "{n} skipped", FAILED: "{n} failed"})
@@ -85,8 +86,7 @@ def _reason_and_remedy(error):
         first = error.problems[0]
         more = sum(problem.stands_for for problem in error.problems) - 1
         reason, remedy = _reason_and_remedy(first)
-        more = f" (and {count(more, 'more problem')}: see failure.json)" if more else ""
-        return f"{reason}{more}", remedy
+        return (kept(AND_MORE, reason=reason, n=more) if more else reason), remedy
     if isinstance(error, EinschaltError):
         text = f"{error.where}: {error.found}" if error.where else error.found
         expected = f"; expected {error.expected}" if error.expected else ""

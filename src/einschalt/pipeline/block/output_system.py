@@ -189,11 +189,12 @@ def output_system_of(block, settings) -> OutputSystem | None:
         raise distorted[0].with_facts(found=found, remedy=OTHER_OUTPUT)
     note = (
         f"output_crs: results transformed from {system_label(own)} to "
-        f"{system_label(target)} by {operation}{said}; parameters of models lead to "
+        f"{system_label(target)} by {operation}; parameters of models lead to "
         f"{system_label(own)}"
     )
+    note += said
     if better is not None:
-        note += f"; better would be {better}"
+        note += better.as_better()
     return OutputSystem(name, *flat, operation, grids, note)
 
 

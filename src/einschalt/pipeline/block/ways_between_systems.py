@@ -6,10 +6,12 @@ it.
 
 import numpy as np
 
+from einschalt.foundations.language import mark
 from einschalt.foundations.operation_choice import Demand
 
 PLANE = ["easting", "northing"]
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
+HEIGHTS_STAY = mark("heights stay {0}")
 SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
 ACCURACY_ASKED_M = 0.01  # of the operation, where points have no standard error
 
@@ -56,8 +58,8 @@ def in_as_many_axes(own, target, points):
         return flat, ""
     if has_heights(own) and has_heights(target):
         return (own, target), ""
-    kept = own.sub_crs_list[-1].name if own.is_compound else "as they are"
-    return flat, f"; heights stay {kept}"
+    kept = f"in {own.sub_crs_list[-1].name}" if own.is_compound else "as they are"
+    return flat, f"; {HEIGHTS_STAY.format(kept)}"
 
 
 def gives_heights(points):

@@ -53,6 +53,14 @@ def solve_in_one_adjustment(
     """
     two_step = _beside(block, settings, flights, report_progress)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
+    return adjust_beside(two_step, block, settings, flights)
+
+
+def adjust_beside(two_step, block, settings, flights) -> SimultaneousSolution:
+    """Adjust a block whose two steps are computed already.
+
+    A GeometryError where nothing of the block can be determined.
+    """
     adjusted = adjust_flights(block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
     points = with_roles(points, block.control_points)

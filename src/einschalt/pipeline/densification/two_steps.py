@@ -89,6 +89,8 @@ class TwoStepSolution(Solution):
         Stage 5, the means behind the points.
     model_points : dict of str to DataFrame
         Of each flight, as they were transformed.
+    flights : dict of str to RelativeOrientation
+        Of each flight, what stage 2 gave.
     errors : PropagatedErrors or None
         Covariances of the points, and their sources; None where the size of a source
         of error is not known.
@@ -107,6 +109,7 @@ class TwoStepSolution(Solution):
     low: ModelTransformation
     means: CoverageMean
     model_points: dict
+    flights: dict
     errors: PropagatedErrors | None
     propagation: ErrorModel | None
     iteration: Iteration | None
@@ -218,6 +221,7 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
         approximations=approximations,
         high=high,
         model_points=measured,
+        flights=flights,
         errors=errors,
         propagation=model,
         iteration=iteration,

@@ -6,6 +6,7 @@ from functools import singledispatch
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length
+from einschalt.pipeline.assessment.choice import SIMULTANEOUS, TWO_STEP
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.assessment.facts.precision import (
@@ -25,7 +26,14 @@ DOUBTS = mark_each(
     }
 )
 SPREAD = mark("a few points dominate: median {median}, 95th percentile {most}")
-BETTER = mark("the two steps are better: {figure} (--method two_step)")
+BETTER = mark_each(
+    {
+        TWO_STEP: "the two steps are better: {figure} (--method two_step)",
+        SIMULTANEOUS: (
+            "a simultaneous adjustment is better: {figure} (--method simultaneous)"
+        ),
+    }
+)
 CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
@@ -91,7 +99,8 @@ def _better(choice):
     """Say the figure of the other way where that is known to be the better one."""
     if choice is None:
         return ""
-    return translated(BETTER, figure=length_or_worse(choice.two_step))
+    credible = getattr(choice, choice.method)
+    return translated(BETTER[choice.method], figure=length_or_worse(credible))
 
 
 def _cause(assessment):

@@ -57,6 +57,27 @@ def test_a_lone_wrong_check_point_is_named_and_makes_no_figure_smaller(good_resu
     assert beyond.facts["median"] < others < beyond.facts["largest"]
 
 
+def test_two_wrong_check_points_are_both_named_and_not_relied_on(good_result):
+    moved, names = with_moved_check_points(good_result, 1, 4)
+    found = judges.check_points_beyond_claim(moved.examination)
+    assert found.facts["n_far"] == 2
+    assert set(found.names[:2]) == set(names)
+    assert found.remedy == "check_far_points"
+    assert "rely on" not in moved.summary().lower()
+    # where most contradict it, it is the block that is wrong
+    moved, _ = with_moved_check_points(good_result, 1, 2, 3, 4)
+    found = judges.check_points_beyond_claim(moved.examination)
+    assert found.facts["n_far"] == 0
+    assert found.remedy == "trust_check_points"
+
+
+def test_beside_a_lone_wrong_check_point_no_check_point_is_relied_on(good_result):
+    moved, names = with_moved_check_points(good_result, 2)
+    summary = moved.summary()
+    assert f"Check point {names[0]} differs by 1.0 m" in summary
+    assert "rely on" not in summary.lower()
+
+
 @pytest.mark.parametrize("rows", [(1, 2), (0, 1, 2, 3, 4, 5)])
 def test_several_wrong_check_points_are_no_lone_one(good_result, rows):
     moved, _ = with_moved_check_points(good_result, *rows)

@@ -1,5 +1,6 @@
 """Words for known points that do not agree, of findings made by hand."""
 
+from einschalt.foundations.language import written_in
 from einschalt.pipeline.assessment.finding import Finding, Subject
 from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
@@ -23,7 +24,7 @@ def test_check_points_beyond_the_claim_have_a_median_and_a_worst():
         Subject.BLOCK,
         names=("d", "c"),
         remedy="trust_check_points",
-        facts={**COMPARED, "median": 0.05, "largest": 0.47},
+        facts={**COMPARED, "median": 0.05, "largest": 0.47, "n_far": 0},
     )
     said = suggestion_of(found)
     assert said.problem == (
@@ -31,6 +32,22 @@ def test_check_points_beyond_the_claim_have_a_median_and_a_worst():
         "times the expected 8.0 cm; largest at d (47 cm)"
     )
     assert "Rely on them" in said.remedy
+
+
+def test_all_check_points_that_are_far_off_are_named_and_none_is_relied_on():
+    found = Finding(
+        "check_points_beyond_claim",
+        Subject.BLOCK,
+        names=("d", "c", "b", "a"),
+        remedy="check_far_points",
+        facts={**COMPARED, "median": 0.05, "largest": 0.47, "n_far": 2},
+    )
+    said = suggestion_of(found)
+    assert said.problem.endswith("; far off are d, c (47 cm at the first)")
+    assert said.remedy.startswith("Check the coordinates, names and measurements of")
+    with written_in("de"):
+        said = suggestion_of(found)
+    assert said.problem.endswith("weit ab liegen d, c (47 cm beim ersten)")
 
 
 def test_a_lone_check_point_is_named_with_and_without():

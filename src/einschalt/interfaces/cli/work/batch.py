@@ -59,7 +59,7 @@ def _which(options):
         names = ("--" + name.replace("_", "-") for name in asked)
         said = " and ".join(names).replace("--everything", "--all")
         report_problems(f"{said} exclude each other")
-        print_error(translated(EXCLUDE, options=said))
+        print_error(translated(EXCLUDE, options=retold(said)))
         raise typer.Exit(WRONG)
     return MODES[asked[0]] if asked else "changed"
 

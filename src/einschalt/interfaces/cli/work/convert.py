@@ -6,7 +6,7 @@ from dataclasses import replace
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, OutputError, name_some
 from einschalt.foundations.kept_texts import kept, retold
-from einschalt.foundations.language import mark, translated
+from einschalt.foundations.language import ENGLISH, mark, translated, written_in
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.outcome import report
@@ -147,8 +147,10 @@ def _convert_table(found, given, output):
     table = found[0]
     _print_notes(table.notes)
     if table.kind == "camera" or output.suffix.lower() not in WRITTEN_SUFFIXES:
+        with written_in(ENGLISH):  # an error is told where it is shown
+            held = table.description
         raise FileError(
-            f"{given.name} holds {table.description}",
+            f"{given.name} holds {held}",
             expected="a table, and a file .csv or .parquet for it",
             remedy="Name such a file",
         )

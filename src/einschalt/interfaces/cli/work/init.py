@@ -43,8 +43,10 @@ PLACES = {
 }
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
-    'decimal = ","': "--decimal , if they are decimal commas; otherwise take them out",
-    "columns = {easting": "--easting and --northing, the names of their columns",
+    'decimal = ","': (
+        "Give --decimal , if they are decimal commas; otherwise take them out"
+    ),
+    "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
 ASSUMED = "assumed, since no file tells: correct it"
 
@@ -138,7 +140,7 @@ def _answered_by_option(error):
     """A question to which block.toml has the answer later, and an option now."""
     options = (o for words, o in ANSWERS.items() if words in (error.remedy or ""))
     option = next(options, None)
-    return error if option is None else error.with_facts(remedy=f"Give {option}")
+    return error if option is None else error.with_facts(remedy=option)
 
 
 def _given(options, proposal):

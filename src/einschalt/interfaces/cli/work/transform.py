@@ -284,7 +284,7 @@ def _of_frame(file, schema, read):
     if not {"easting", "northing"} <= set(ground.frame):
         return read
     named = {new: old for new, old in AXES.items() if old in ground.frame}
-    taken = ", ".join(f"{old} for {new}" for new, old in named.items())
+    taken = ", ".join(f"{new} = {old}" for new, old in named.items())
     frame = ground.frame.rename(columns={old: new for new, old in named.items()})
     notes = (*ground.notes, f"{file.name}: {taken}, as coordinates of the old frame")
     return replace(ground, frame=frame, notes=notes)

@@ -7,6 +7,7 @@ from einschalt.pipeline.assessment.credibility import (
 )
 from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.findings.kinds import finding
+from einschalt.pipeline.assessment.known_points import few_contradicting_points
 
 DOUBT = "doubt_independence"
 MOST_PAIRS = 10
@@ -20,6 +21,8 @@ def claim_that_does_not_stand(two_step):
         return None
     worst = min(rejected, key=lambda test: test.p_value)
     remedy = "doubt_sizes_of_errors" if two_step.high is not None else DOUBT
+    if len(few_contradicting_points(two_step)):
+        remedy = "doubt_check_points_too"
     if two_step.credible.reason is Reason.STATED:
         remedy = "shared_errors_as_stated"
     return finding(

@@ -6,6 +6,7 @@ from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding
 from einschalt.pipeline.assessment.known_points import (
     contradicting_points,
+    few_contradicting_points,
     lone_contradiction,
 )
 from einschalt.theory.adjustment.global_tests import (
@@ -27,15 +28,18 @@ def check_points_beyond_claim(examined):
     if not known.are_beyond:
         return None
     miss = np.hypot(*known.differences.T)
+    few = few_contradicting_points(examined)
+    is_other = ~np.isin(known.point_ids, few)
     compared = _compared("check points", known)
     compared["facts"] |= {
         "median": float(np.nanmedian(miss)),
-        "largest": float(np.nanmax(miss)),
+        "largest": float(np.nanmax(miss[~is_other] if len(few) else miss)),
+        "n_far": len(few),  # that contradict the claim each by itself, others do not
     }
     return finding(
         "check_points_beyond_claim",
-        names=known.point_ids[np.argsort(-miss, kind="stable")],
-        remedy="trust_check_points",
+        names=known.point_ids[np.lexsort((-miss, is_other))],
+        remedy="check_far_points" if len(few) else "trust_check_points",
         **compared,
     )
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.typesetting import count, number
+from einschalt.foundations.typesetting import number
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
@@ -42,16 +42,15 @@ class GroundHeights:
         found = int(is_in.sum())
         if found < FEWEST:
             raise GeometryError(
-                f"{self.source}: {found or 'none'} of "
-                f"{count(len(self.plane), 'height')} lies in the area",
+                f"{self.source}: {found} of {len(self.plane)} heights in the area",
                 expected="heights of the whole area, in its system",
                 remedy="Export the heights of this area in the system of the plan",
             )
         missing = int(np.isnan(self.height[is_in]).sum())
         if missing:
             raise GeometryError(
-                f"{self.source}: {missing} of {count(found, 'place')} in the area have "
-                "no height (nodata)",
+                f"{self.source}: {missing} of {found} places in the area without a "
+                "height (nodata)",
                 expected="a height everywhere in the area",
                 remedy="Fill the gaps, as QGIS does with 'Fill nodata'",
             )

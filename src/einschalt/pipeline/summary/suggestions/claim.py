@@ -22,6 +22,10 @@ REMEDIES = mark_each(
             "Look for deformed models, gross errors and wrongly stated errors; rely on "
             "check points rather than on the figures"
         ),
+        "doubt_check_points_too": (
+            "Look for gross errors and wrongly stated errors, also at the check points "
+            "that are far off"
+        ),
         "look_for_gross_errors_or_give_larger_ones": (
             "Look for gross errors in high flight and control, or state larger errors"
         ),

@@ -10,6 +10,10 @@ REMEDIES = mark_each(
         "trust_check_points": (
             "Rely on them rather than on the budget; part of it is their own error"
         ),
+        "check_far_points": (
+            "Check the coordinates, names and measurements of those that are far off; "
+            "if they are right, the block is as wrong there"
+        ),
         "check_lone_point": (
             "Check its coordinates, its name and its measurements first; until then "
             "the block may be as wrong there"
@@ -39,6 +43,11 @@ BEYOND = mark(
     "median {median:length}), {ratio:factor} the expected {claimed:length}; largest at "
     "{worst} ({largest:length})"
 )
+SEVERAL_BEYOND = mark(
+    "The differences at {n_points:count check point} are {rms:length} (total, RMS; "
+    "median {median:length}), {ratio:factor} the expected {claimed:length}; far off "
+    "are {worst} ({largest:length} at the first)"
+)
 LONE = mark(
     "Check point {point} differs by {largest:length}: without it the differences at "
     "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
@@ -63,8 +72,11 @@ SHIFTS = mark_each(
 
 
 def check_points_beyond_claim(finding):
-    """Their differences beside the claim, and the largest."""
-    return filled(BEYOND, finding, worst=names(finding.names[:1]))
+    """Their differences beside the claim, and those that are far off."""
+    n_far = finding.facts["n_far"]
+    if n_far < 2:
+        return filled(BEYOND, finding, worst=names(finding.names[:1]))
+    return filled(SEVERAL_BEYOND, finding, worst=names(finding.names[:n_far]))
 
 
 def lone_wrong_check_point(finding):
