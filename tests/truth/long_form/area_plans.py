@@ -131,7 +131,9 @@ def tables():
             f"Flight plans over areas, {len(DESIGNS)} designs",
             "Expected error of the new points divided by the true one, root mean "
             "squares (bounds 0.97 to 1.03). Control is that of the plan; every flight "
-            "is densified.",
+            "is densified with plain means, as plans expect them. The weights that "
+            "densify takes if nothing else is asked make coordinates better than "
+            "planned: by up to 1 % on film and large format, by 14 % in UAV 3.",
             ("design", "flights", "models", "control", "ratio", "true [cm]"),
             [_row(name) for name in DESIGNS],
         )
