@@ -122,6 +122,7 @@ KINDS = {
         "it": "puntonuovo puntodilegame",
     },
 }
+LONGEST_NAME = 60
 # systems and ways of measuring that programs write behind E, N and H
 ENDING = re.compile(
     r"[\s_.,:/(\[-]+(gnss|gps|rtk|utm\d*[a-z]?|gk\d*|m(28|31|34)|mgi|dhdn|bmn|lv(03|95)"
@@ -302,6 +303,8 @@ def _without_ending(name):
     >>> _without_ending("Y GK M34"), _without_ending("E_GNSS"), _without_ending("GNSS")
     ('Y', 'E', 'GNSS')
     """
+    if len(name) > LONGEST_NAME:  # of a column; what is longer is none
+        return name
     while (plain := ENDING.sub("", name)) != name:
         name = plain
     return name
