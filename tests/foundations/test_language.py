@@ -17,6 +17,7 @@ from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
     figure,
     language_of_locale,
+    numbers_set,
     translated,
     written_in,
 )
@@ -225,8 +226,10 @@ def test_figures_have_a_decimal_comma_and_groups_in_german():
         assert ts.length(0.0371) == "3,7 cm"
         assert ts.scale(8000.0) == "1:8000"  # four digits need no groups
         assert ts.fixed(5326127.48213, 3) == "5\u202f326\u202f127,482"
-        assert ts.fixed(-0.25, 2) == "-0,25"
+        assert ts.fixed(-0.25, 2) == "\N{MINUS SIGN}0,25"
         assert figure(1.5e-7) == "1,5e-07"
+        assert numbers_set("models 8811-8936") == "models 8811-8936"
+    assert ts.fixed(-0.25, 2) == "-0.25"
     assert ts.length(0.0371) == "3.7 cm"
 
 

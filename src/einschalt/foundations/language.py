@@ -37,6 +37,9 @@ DECIMAL_SIGN = {"de": ","}
 # space stands before a per cent sign
 GROUP_SIGN = {"de": GROUP_SPACE}
 FEWEST_GROUPED = 5
+MINUS_SIGN = {"de": "\N{MINUS SIGN}"}
+# before a number, and not between the parts of a name or behind an exponent
+_MINUS = re.compile(r"(?<![^\s(±])-(?=\d)")
 _PER_CENT = re.compile(r"(?<=\d) ?%")
 _PLAIN_NUMBER = re.compile(r"(\d+)(?:\.(\d+))?")
 _active: ContextVar[str] = ContextVar("language", default=ENGLISH)
@@ -159,6 +162,8 @@ def figure(value, spec: str = "") -> str:
 def numbers_set(text: str) -> str:
     """Set the numbers of a text, which have a decimal point, as the language has them.
 
+    A hyphen before a number is a minus sign.
+
     >>> with written_in("de"):
     ...     numbers_set("3.7 cm")
     '3,7 cm'
@@ -169,6 +174,7 @@ def numbers_set(text: str) -> str:
     if (name := _active.get()) == ENGLISH:
         return text
     text = _PLAIN_NUMBER.sub(lambda found: _set_in(name, *found.groups()), text)
+    text = _MINUS.sub(MINUS_SIGN[name], text)
     return _PER_CENT.sub(f"{GROUP_SIGN[name]}%", text)
 
 

@@ -7,7 +7,11 @@ message of the catalogue, was not translated.
 import json
 import re
 import shutil
+import subprocess
+import sys
 from functools import cache
+from itertools import count
+from pathlib import Path
 
 import pytest
 from tests.interfaces.conftest import BlockFolder
@@ -134,10 +138,12 @@ def prepared(tmp_path_factory, block_folder, invoke):
 def in_both_languages(prepared, tmp_path, invoke, monkeypatch):
     """What a call prints in English and in German, each on a desk of its own."""
 
+    numbers = count()
+
     def call(words, spoil=None):
         printed = []
         for language in ("en", "de"):
-            desk = tmp_path / language / "desk"
+            desk = tmp_path / str(next(numbers)) / "desk"
             shutil.copytree(prepared, desk)
             monkeypatch.chdir(desk)
             if spoil is not None:
@@ -365,3 +371,25 @@ def test_faults_of_input_are_told_in_german_alone(fault, in_both_languages):
         FAULTS[fault](BlockFolder(desk / "the_blocks" / "sound"))
 
     assert_german(in_both_languages("check the_blocks/sound", spoil))
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_batches_that_go_on_are_told_in_german_alone(in_both_languages, invoke):
+    def computed(desk):
+        invoke("batch", desk / "the_blocks", "--output", desk / "the_out")
+
+    for mode in ("--dry-run", ""):
+        assert_german(in_both_languages(f"batch the_blocks {OUT} {mode}", computed))
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+@pytest.mark.parametrize("words", ["--help", "explain all"])
+def test_a_full_disk_is_told_in_german(words):
+    with Path("/dev/full").open("w") as full:
+        call = [sys.executable, "-m", "einschalt", *words.split(), "--language", "de"]
+        shown = subprocess.run(
+            call, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert shown.returncode == 2
+    assert shown.stderr.endswith("auf dem Datenträger ist kein Platz mehr\n")
+    assert "output" not in shown.stderr

@@ -77,6 +77,8 @@ def renamed(result):
     return changed(
         result,
         block=block,
+        # then no adjustment is made beside it, which needs the names of the flights
+        settings=result.settings.updated({"iterations": 2}),
         points=result.points.assign(
             point_id=lambda p: p["point_id"].where(p["role"] == "new", HOSTILE)
         ),

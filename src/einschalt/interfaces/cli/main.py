@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import LANGUAGES, mark, mark_each, written_in
 from einschalt.foundations.system_errors import reason_of
 from einschalt.interfaces.cli.commands import (
@@ -192,5 +193,6 @@ def run():
     try:
         app()
     except OSError as error:  # help on a full disk
-        print_error(f"einschalt: {reason_of(error)}")
+        with written_in(language_asked(sys.argv)):
+            print_error(f"einschalt: {retold(reason_of(error))}")
         sys.exit(WRONG)
