@@ -355,7 +355,7 @@ def test_tables_are_checked():
         orient_from_parallaxes(table.assign(z=table["z"].where(table.index != 3)), BASE)
     with pytest.raises(BlockError, match="repeats row"):
         orient_from_parallaxes(pd.concat([table, table]), BASE)
-    with pytest.raises(TableError, match=r"base .* is not positive"):
+    with pytest.raises(TableError, match=r"base .* is not above 0"):
         orient_from_parallaxes(table, pd.Series({"1": -92.0}))
     with pytest.raises(TableError, match="column 'base' is missing"):
         orient_from_parallaxes(table, pd.DataFrame({"model_id": ["1"]}))
