@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from einschalt.pipeline.assessment.evidence import exchanged_names
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import simulate_block
@@ -86,3 +88,27 @@ def test_good_blocks_and_other_gross_errors_have_none(demo_block, good_result):
     result = densify(wrong)
     assert result.residuals["is_suspect"].any()
     assert find_exchanged_names(result.solution) == ()
+
+
+def test_trials_part_by_part_find_the_same(demo_block, monkeypatch):
+    model, pair = some_model(demo_block, "low_flight", np.random.default_rng(7))
+    solution = densify(with_exchange(demo_block, "low_flight", model, pair)).solution
+    whole = find_exchanged_names(solution)
+    monkeypatch.setattr(exchanged_names, "MOST_ROWS", 1)  # each trial by itself
+    assert find_exchanged_names(solution) == whole != ()
+
+
+def test_a_model_of_which_nothing_is_known_disturbs_no_other():
+    trials = exchanged_names._Trials.of(
+        pd.DataFrame(
+            {"coverage": "1", "model_id": ["a", "a", "b"], "point_id": ["1", "2", "9"]}
+        )
+    )
+    measured = pd.DataFrame({"coverage": "1", "model_id": list("aaab")})
+    measured = measured.assign(point_id=["1", "2", "3", "9"], x=[0.0, 1, 0, 1])
+    measured = measured.assign(y=[0.0, 0, 1, 1])
+    ground = pd.DataFrame({"point_id": ["1", "2", "3"], "easting": [0.0, 1, 0]})
+    before, after = trials.m_0(measured, ground.assign(northing=[0.0, 0, 1]), "helmert")
+    assert trials.pairs.tolist() == [["1", "2"]]
+    assert before == pytest.approx([0.0], abs=1e-9)
+    assert after[0] > 0.1

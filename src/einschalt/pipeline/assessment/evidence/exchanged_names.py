@@ -15,7 +15,7 @@ from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
 from einschalt.foundations.frame_columns import columns_of, with_columns
 from einschalt.foundations.key_columns import rows_among
-from einschalt.foundations.names import CodedPairs, encode_pairs
+from einschalt.foundations.names import CodedPairs, encode_pairs, is_among
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MODEL = ["coverage", "model_id"]
@@ -23,6 +23,7 @@ PAIR = 2
 # worst points of a model among which a pair is looked for: 15 pairs
 MOST_POINTS = 6
 MOST_MODELS = 200
+MOST_ROWS = 1_000_000  # of the trials that are transformed together
 # of the models without suspects: what an exchanged model must come down to
 LARGE_M_0 = 3.0
 # and by how much it must improve, so that no chance improvement counts
@@ -105,31 +106,26 @@ class _Trials:
 
         NaN without redundancy. Each model is transformed once as it was measured.
         """
-        n_models, own = len(self.models), np.arange(len(self.models))
-        of_measured = encode_pairs(measured["coverage"], measured["model_id"])
-        code = of_measured.locate(self.models)
-        parts = segments(of_measured.codes, len(of_measured))
-        model = code[np.concatenate([own, self.model])]
-        count = parts.count[model]
-        trial = np.repeat(np.arange(len(model)), count)
-        first = np.cumsum(count) - count
-        within = np.arange(len(trial)) - first[trial]
-        rows = parts.order[parts.start[model][trial] + within]
-        names = measured["point_id"].to_numpy(dtype=object)[rows]
-        pair = np.concatenate([np.full((n_models, PAIR), None), self.pairs])[trial]
-        one, other = pair.T
-        exchanged = np.where(names == one, other, np.where(names == other, one, names))
-        variants = with_columns(
-            columns_of(measured, [axis for axis in "xyz" if axis in measured]).take(
-                rows
-            ),
-            model_id=trial.astype(str),
-            point_id=exchanged,
+        models = encode_pairs(measured["coverage"], measured["model_id"])
+        names = measured["point_id"]
+        # others change no fit
+        is_used = is_among(names, ground["point_id"]) | is_among(names, self.pairs.T[0])
+        is_used |= is_among(names, self.pairs.T[1])
+        parts = segments(models.codes[is_used], len(models))
+        axes = [axis for axis in "xyz" if axis in measured]
+        points = columns_of(measured, ["point_id", *axes])[is_used]
+        own = np.arange(len(self.models))
+        model = models.locate(self.models)[np.concatenate([own, self.model])]
+        pairs = np.concatenate([np.full((len(own), PAIR), None), self.pairs])
+        n_before = np.cumsum(parts.count[model]) // MOST_ROWS
+        chunks = np.split(np.arange(len(model)), np.flatnonzero(np.diff(n_before)) + 1)
+        m_0 = np.concatenate(
+            [
+                _m_0(points, parts, (model[chunk], pairs[chunk]), ground, kind)
+                for chunk in chunks
+            ]
         )
-        models = transform_models(variants, ground, kind).models
-        m_0 = np.full(len(model), np.nan)
-        m_0[models["model_id"].astype(int)] = models["m_0"]
-        return m_0[:n_models][self.model], m_0[n_models:]
+        return m_0[own][self.model], m_0[len(own) :]
 
     def best(self, m_0):
         """Trial with the least m_0 of each model, in the order of the models' names."""
@@ -143,6 +139,31 @@ class _Trials:
         """Coverage, model_id and the pair of a trial."""
         model = self.model[trial]
         return self.models.first[model], self.models.second[model], self.pairs[trial]
+
+
+def _variants(points, parts, model, pairs):
+    """Points of a model for each trial, with the names of its pair exchanged.
+
+    ``parts`` are the rows of each model; model_id is the number of the trial.
+    """
+    count = parts.count[model]
+    trial = np.repeat(np.arange(len(model)), count)
+    within = np.arange(len(trial)) - (np.cumsum(count) - count)[trial]
+    variants = points.take(parts.order[parts.start[model][trial] + within])
+    names = variants["point_id"].to_numpy(dtype=object)
+    one, other = pairs[trial].T
+    exchanged = np.where(names == one, other, np.where(names == other, one, names))
+    return with_columns(variants, model_id=trial.astype(str), point_id=exchanged)
+
+
+def _m_0(points, parts, trials, ground, kind):
+    """m_0 of each trial, (n_trials,) [m]; NaN of a model without points to fit."""
+    m_0 = np.full(len(trials[0]), np.nan)
+    variants = _variants(points, parts, *trials)
+    if len(variants):
+        models = transform_models(variants, ground, kind).models
+        m_0[models["model_id"].astype(int)] = models["m_0"]
+    return m_0
 
 
 def _worst_points(solution, name):
