@@ -229,10 +229,20 @@ def _range_text(whole, low, high, unit):
     return f"{text} {told}"
 
 
+class _Digits(str):
+    """Digits: the number of what is counted, or a name, which stays as it is given."""
+
+    __slots__ = ()
+
+    def __format__(self, spec):
+        """Write them; with two forms of a noun, parted by ``|``, as their number."""
+        return format(Amount(self), spec) if "|" in spec else str(self)
+
+
 def _again(part):
     """What fills a place: a number, a quantity, or words that are messages too."""
     if part.isdecimal():
-        return Amount(part)
+        return _Digits(part)
     if QUANTITY.fullmatch(part):
         return numbers_set(part)
     if found := AND_MORE.fullmatch(part):
