@@ -146,7 +146,7 @@ def plan_area(
     *,
     crs: str | None = None,
     ground_heights: str | PathLike[str] | None = None,
-    follows_terrain: bool = False,
+    follows_terrain: bool | None = None,
 ) -> AreaPlan:
     """Plan a flight over an area that reaches a precision on its own layout.
 
@@ -166,9 +166,11 @@ def plan_area(
         System of the plan; that of the area, or its zone of UTM, where left out.
     ground_heights : path, optional
         GeoTIFF, XYZ, or a table of easting, northing and height [m].
-    follows_terrain : bool
+    follows_terrain : bool, optional
         Whether each photograph is taken at its height above ground; otherwise a line
-        keeps one altitude.
+        keeps one altitude. Where left out, photographs follow the ground if
+        ``frame.max_height`` limits them. In both cases none is more than that above the
+        ground straight below it.
 
     Returns
     -------
