@@ -144,13 +144,11 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
 
     def judge(plan):
         found = _laid_out(area, plan, frame)
-        layout = found.layout
-        _require_held(layout)
-        if heights is not None and not found.is_part:
-            flown = flight_plan(layout, plan, frame, heights, follows=follows)
-            require_overlap(flown, plan, layout, heights)
+        _require_held(found.layout)
         laid[plan.name] = found
-        return propagate(layout)
+        if heights is not None:  # ground may be too high anywhere in the area
+            whole(plan)
+        return propagate(found.layout)
 
     def whole(plan):
         if plan.name not in wholes:
