@@ -98,7 +98,11 @@ def find_plans(
     where: Literal["everywhere", "edge", "centre"] = "everywhere",
     by: Literal["expected", "paper"] = "expected",
 ) -> PlanSearch:
-    """Find the flights that reach a precision, the cheapest first.
+    """Find the flights that reach a precision by estimate, the cheapest first.
+
+    Their figures are closed estimates that are not yet checked on a layout, which
+    :func:`expect_precision` and :func:`plan_area` do, as ``einschalt plan --target``
+    does: the cheapest plan may miss its target there.
 
     Parameters
     ----------

@@ -160,8 +160,6 @@ def choices_of(asked) -> PlanChoices:
         scale_number=_usual_scales(asked),
         spacing=preset.spacings,
         m_g_um=preset.m_g_um[:1],
-        # one coverage shows no gross error
-        n_coverages=(2, 3),
     )
     return PlanChoices(
         **{
