@@ -107,7 +107,7 @@ def test_what_is_lowered_counts_as_lost_overlap():
     flown = flight_plan(layout, plan, free, heights, follows=True)
     assert "overlaps left" in require_overlap(flown, plan, layout, heights)
     flown = flight_plan(layout, plan, frame, heights, follows=True)
-    with pytest.raises(GeometryError, match="the ground rises"):
+    with pytest.raises(GeometryError, match="max-height leaves no room"):
         require_overlap(flown, plan, layout, heights)
 
 

@@ -243,12 +243,16 @@ def require_overlap(flown, plan, layout, heights):
         forward = 1.0 - (1.0 - geometry.forward_overlap) / max(left, 1e-6)
         side = 1.0 - (1.0 - geometry.side_overlap) / max(left, 1e-6)
         if left <= 0.0 or forward < RIM_OF_OVERLAP or side < 0.0:
+            lowered = above - of_flight["flying_height"].min()
+            is_limited = lowered > LOWER_IS_SAID
             raise GeometryError(
                 f"the ground rises {number(rise, 2)} m above what the "
                 f"{flight.replace('_', ' ')}, {above:.0f} m above it, is laid out for: "
                 f"overlaps of {100 * forward:.0f} and {100 * side:.0f} % are left",
                 expected="more than 50 % forward and 0 % to the side",
-                remedy="Give larger overlaps or a greater flying height",
+                remedy="Give larger overlaps; --max-height leaves no room to fly higher"
+                if is_limited
+                else "Give larger overlaps or a greater flying height",
             )
         left_over += [f"{100 * forward:.0f}", f"{100 * side:.0f}"]
     names = ("high_forward", "high_side", "low_forward", "low_side")
