@@ -98,7 +98,11 @@ def find_plans(
     where: Literal["everywhere", "edge", "centre"] = "everywhere",
     by: Literal["expected", "paper"] = "expected",
 ) -> PlanSearch:
-    """Find the flights that reach a precision, the cheapest first.
+    """Find the flights that reach a precision by estimate, the cheapest first.
+
+    Their figures are closed estimates that are not yet checked on a layout, which
+    :func:`expect_precision` and :func:`plan_area` do, as ``einschalt plan --target``
+    does: the cheapest plan may miss its target there.
 
     Parameters
     ----------
@@ -146,7 +150,7 @@ def plan_area(
     *,
     crs: str | None = None,
     ground_heights: str | PathLike[str] | None = None,
-    follows_terrain: bool = False,
+    follows_terrain: bool | None = None,
 ) -> AreaPlan:
     """Plan a flight over an area that reaches a precision on its own layout.
 
@@ -166,9 +170,11 @@ def plan_area(
         System of the plan; that of the area, or its zone of UTM, where left out.
     ground_heights : path, optional
         GeoTIFF, XYZ, or a table of easting, northing and height [m].
-    follows_terrain : bool
+    follows_terrain : bool, optional
         Whether each photograph is taken at its height above ground; otherwise a line
-        keeps one altitude.
+        keeps one altitude. Where left out, photographs follow the ground if
+        ``frame.max_height`` limits them. In both cases none is more than that above the
+        ground straight below it.
 
     Returns
     -------

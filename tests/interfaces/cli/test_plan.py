@@ -1,5 +1,6 @@
 """``einschalt plan``."""
 
+import json
 import typing
 
 import numpy as np
@@ -211,13 +212,20 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
         raise GeometryError("too few points", remedy="Take more")
 
     monkeypatch.setattr("einschalt.interfaces.cli.plan_layouts.check_plans", fail)
-    shown = invoke(
-        *("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000),
-        *("--output", tmp_path / "plan"),
-    )
+    asked = ("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000)
+    shown = invoke(*asked, "--output", tmp_path / "plan")
     assert shown.exit_code == 0, shown.stderr
     assert "cannot be laid out: too few points. Take more." in shown.stdout
     assert (tmp_path / "plan" / "plans.png").exists()
+
+    shown = invoke(*asked, "--json")
+    assert shown.exit_code == 0, shown.stderr
+    told = json.loads(shown.stdout)
+    assert told["figures"]["scale_number"] == 8000
+    assert told["figures"]["is_recommended"] is False
+    assert told["figures"]["reached_on_layout"] is None
+    (problem,) = told["problems"]
+    assert (problem["found"], problem["remedy"]) == ("too few points", "Take more")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Areas that Python draws: what no flight can be planned over is told in a sentence."""
 
+import numpy as np
 import pytest
 import shapely
 
@@ -43,3 +44,19 @@ def test_places_are_spread_evenly_over_an_area():
         shapely.points(shapely.get_coordinates(area.shape)), return_distance=True
     )[1]
     assert nearest.max() < 100.0
+
+
+@pytest.mark.parametrize("side", [300.0, 3000.0])
+@pytest.mark.parametrize("turned", [0.0, 20.0, 45.0, -30.0])
+@pytest.mark.parametrize("moved", [0.0, 0.1, 1.0 / 3.0, 5_300_000.1])
+@pytest.mark.parametrize("factors", [(1.0, 1.0), (1.0 + 1e-9, 1.0), (1.0, 1.0 + 1e-9)])
+def test_strips_of_a_square_do_not_hang_on_its_last_digits(
+    factors, moved, turned, side
+):
+    square = shapely.affinity.scale(shapely.box(0.0, 0.0, side, side), *factors)
+    square = shapely.affinity.rotate(square, turned)
+    area = FlightArea(shapely.affinity.translate(square, moved, moved))
+    assert area.azimuth == pytest.approx(90.0 - turned, abs=1e-4)
+    assert area.extent == pytest.approx((side, side), abs=1e-4)
+    # its local axes are those of the strips, whatever is the longer side
+    assert np.abs(area.to_local(area.border)).max() == pytest.approx(side / 2, abs=1e-4)

@@ -17,7 +17,10 @@ from einschalt.pipeline.planning.search import (
 )
 
 CHOICES = PlanChoices(
-    scale_number=(5000, 7000, 9000, 12000), spacing=(200, 300), m_g_um=(10,)
+    scale_number=(5000, 7000, 9000, 12000),
+    spacing=(200, 300),
+    m_g_um=(10,),
+    n_coverages=(1, 2, 3),
 )
 
 
@@ -39,6 +42,12 @@ def test_every_combination_is_a_plan_and_the_feasible_are_first(found):
     assert (found.feasible["reached"] <= 0.05).all()
     assert (found.plans.loc[~is_feasible, "reached"] > 0.05).all()
     assert found.feasible["cost"].is_monotonic_increasing
+
+
+def test_one_coverage_is_planned_only_where_it_is_asked_for():
+    """It shows no gross error, and the command leaves it out as well."""
+    usual = PlanChoices(scale_number=(9000,), spacing=(300,), m_g_um=(10,))
+    assert set(find_plans(0.05, usual).plans["n_coverages"]) == {2, 3}
 
 
 def test_efficient_plans_are_those_that_no_other_beats(found):

@@ -1,8 +1,9 @@
 """Does a plan that is recommended keep its target on a layout of its own?
 
 Random requests, as planners might make them, without an area and over areas of any
-outline. What is recommended is laid out and propagated once more: with the points that
-it was checked with, and with other ones.
+outline. What is recommended is laid out and propagated once more with other points,
+which judges it. With the points that it was checked with the same figure comes that
+decided, which judges nothing.
 """
 
 from dataclasses import dataclass
@@ -145,10 +146,11 @@ def tables():
         Table(
             f"Recommended plans, {N_REQUESTS + N_OVER_AREAS} random requests",
             "What is recommended is laid out and propagated once more. Largest error "
-            "divided by the target: with the points that it was checked with (bound "
-            f"1), and with other points (bound {WITH_OTHER_POINTS}). Nothing is "
+            "divided by the target: with the points that it was checked with (for "
+            "comparison: it was recommended because this is at most 1), and with other "
+            f"points, which judge it (bound {WITH_OTHER_POINTS}). Nothing is "
             "recommended where no plan keeps the target; refused are requests that no "
-            "plan fits.",
+            "plan fits (bound 0).",
             (
                 *("request", "number", "recommended", "nothing", "refused"),
                 *("one coverage", "largest, own points", "other points"),
@@ -160,11 +162,12 @@ def tables():
 
 def _row(kind, outcomes):
     whats = [outcome.what for outcome in outcomes]
-    counts = [str(whats.count(what)) for what in ("recommended", "none", "refused")]
+    counts = [str(whats.count(what)) for what in ("recommended", "none")]
+    refused = Figure(whats.count("refused"), high=0, form="d")
     good = [outcome for outcome in outcomes if outcome.what == "recommended"]
     return (
-        *(kind, str(len(outcomes)), *counts),
+        *(kind, str(len(outcomes)), *counts, refused),
         Figure(sum(outcome.is_single for outcome in good), high=0, form="d"),
-        Figure(max(outcome.own for outcome in good), high=1.0),
+        Figure(max(outcome.own for outcome in good)),
         Figure(max(outcome.other for outcome in good), high=WITH_OTHER_POINTS),
     )

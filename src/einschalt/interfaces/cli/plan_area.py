@@ -6,7 +6,6 @@ from einschalt.interfaces.cli.plan_layouts import (
     figures_of,
     frame_of,
     headline_of,
-    max_height_of,
     said_of_frame,
     scales_of,
     tables_of_layout,
@@ -32,8 +31,6 @@ def over_area(asked: Asked) -> Answer:
         plan = plan_area(
             *(area, found, frame),
             heights=heights,
-            # what is limited above ground follows it
-            follows=max_height_of(asked) is not None,
             progress=progress,
         )
     parts = [

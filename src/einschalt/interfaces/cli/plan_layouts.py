@@ -7,6 +7,7 @@ from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, wrapped
+from einschalt.interfaces.cli.outcome import report_problems
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
@@ -46,8 +47,12 @@ def search(asked: Asked) -> Answer:
         message = mark("No plan is recommended: the best cannot be laid out: {reason}")
         said = wrapped(translated(message, reason=told(error)), indent="  ")
         tables, scales = {"plans": found.plans}, scales_of(found.nearest)
-        text = f"{said}\n\n{found.summary()}"
-        return Answer(text, lambda: tables, lambda: _figure_of(found), scales)
+        report_problems(error)
+        return Answer(
+            *(f"{said}\n\n{found.summary()}", lambda: tables),
+            *(lambda: _figure_of(found), scales),
+            headline=_headline(found.nearest, None, is_recommended=False),
+        )
 
     parts = [
         f"{checked.verdict()}\n{said_of_frame(asked)}",
@@ -74,11 +79,12 @@ def figures_of(found, checked, unshifted=None):
 
 def headline_of(checked):
     """Row of the plan that was checked, for programs, and whether it holds."""
-    return {
-        **checked.plan.to_dict(),
-        "reached_on_layout": checked.reached,
-        "is_recommended": checked.is_kept,
-    }
+    return _headline(checked.plan, checked.reached, is_recommended=checked.is_kept)
+
+
+def _headline(plan, reached, *, is_recommended):
+    on_layout = {"reached_on_layout": reached, "is_recommended": is_recommended}
+    return {**plan.to_dict(), **on_layout}
 
 
 def said_of_frame(asked):
@@ -154,8 +160,6 @@ def choices_of(asked) -> PlanChoices:
         scale_number=_usual_scales(asked),
         spacing=preset.spacings,
         m_g_um=preset.m_g_um[:1],
-        # one coverage shows no gross error
-        n_coverages=(2, 3),
     )
     return PlanChoices(
         **{

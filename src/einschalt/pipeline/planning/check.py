@@ -25,6 +25,15 @@ from einschalt.theory.measuring_error import m_g_of_mean
 MOST_TRIED, PATIENCE = 8, 3
 WORK_OF_CHECK = 6e6
 """Of one layout, as ``FlightDesign.most_work``: a second at most."""
+MOST_REFUSED = 60  # layouts that cannot be flown
+LAYOUT = (
+    "scale_number",
+    "high_scale_number",
+    "spacing",
+    "n_coverages",
+    "control_per_model",
+)
+MOST_SAID = 8  # plans that miss the target
 RECOMMENDED = 2  # the plan that is recommended, and the next best
 
 
@@ -69,9 +78,11 @@ class CheckedPlan(Result):
                 first="  ",
                 indent="    ",
             )
-            for text in self.dropped
+            for text in self.dropped[:MOST_SAID]
         )
-        return "\n".join([*lines, *dropped])
+        more = len(self.dropped) - MOST_SAID
+        last = [translated("  and {n} more", n=more)] if more > 0 else []
+        return "\n".join([*lines, *dropped, *last])
 
     def _verdict(self):
         message = mark(
@@ -109,11 +120,12 @@ def check_plans(
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
 
-    So many as ``most`` are tried, the cheapest first, until ``enough`` are kept; after
-    ``patience`` misses, what a layout is worse than the closed estimate is asked of the
-    next ones as well. Where none is kept, it is the best of these. With one coverage
-    gross errors stay unseen: such plans are tried only where the search has no others.
-    EinschaltError where not one can be laid out.
+    So many as ``most`` are propagated, the cheapest first, until ``enough`` are kept;
+    those that cannot be laid out are not among them, nor tried with other settings,
+    which have the same layout. After ``patience`` misses, what a layout is worse than
+    the closed estimate is asked of the next ones as well. Where none is kept, it is the
+    best of these. With one coverage gross errors stay unseen: such plans are tried only
+    where the search has no others. EinschaltError where not one can be laid out.
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
     of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
@@ -121,41 +133,62 @@ def check_plans(
     """
     cost = cost or (lambda plan: plan["cost"])
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
-    tried, dropped, problem = [], {}, None
+    tried, refused, dropped = [], [], {}
     trials = _Trials(_to_be_tried(search), search.target, patience)
-    for k in range(most):
-        plan = trials.next(is_one_kept=any(one.is_kept for one in tried))
+    while len(tried) < most and len(refused) < MOST_REFUSED:
+        plan = trials.next(is_one_kept=any(one.is_kept for one, _ in tried))
         if plan is None:
             break
         if progress is not None:
-            progress("laying out plans", k / most)
+            done = max(len(tried) / most, len(refused) / MOST_REFUSED)
+            progress("laying out plans", done)
         try:
-            propagated = judge(plan)
+            found = _checked(plan, search, judge, cost, is_last=not trials.promise)
         except EinschaltError as error:
-            problem = error
+            refused.append(error)
+            trials.refuse(plan)
             dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {error}"
             continue
-        reached = _at_place(propagated, search.where)
+        reached = found[0].reached
         trials.learn(plan, reached)
-        found = CheckedPlan(plan, propagated, reached, search.target)
         tried.append(found)
-        if not found.is_kept:
-            name = describe_plan(plan)
-            dropped[name] = f"{name}: {_in_cm(reached)}"
-        if sum(one.is_kept for one in tried) == enough or not trials.promise:
+        if not found[0].is_kept:
+            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {_in_cm(reached)}"
+        if sum(one.is_kept for one, _ in tried) == enough or not trials.promise:
             break
-    if not tried:
-        raise problem
-    return _best_of(tried, dropped, cost)
+    return _best_of(tried, refused, dropped, cost)
 
 
-def _best_of(tried, dropped, cost):
+def _checked(plan, search, judge, cost, *, is_last):
+    """Propagate a plan; give it with its cost, None where it is not needed."""
+    propagated = judge(plan)
+    reached = _at_place(propagated, search.where)
+    found = CheckedPlan(plan, propagated, reached, search.target)
+    return found, cost(plan) if found.is_kept or is_last else None
+
+
+def _best_of(tried, refused, dropped, cost):
     """Put the cheapest that is kept, the next and the dropped ones together."""
-    kept = sorted((t for t in tried if t.is_kept), key=lambda t: cost(t.plan))
-    best = kept[0] if kept else min(tried, key=lambda found: found.reached)
+    kept = sorted((t for t in tried if t[0].is_kept), key=lambda found: found[1])
+    kept = [found for found, _ in kept]
+    best = kept[0] if kept else _nearest_of(tried, refused, dropped, cost)
     dropped.pop(describe_plan(best.plan), None)
     others = kept[1] if len(kept) > 1 else None
     return replace(best, dropped=tuple(dropped.values()), next_best=others)
+
+
+def _nearest_of(tried, refused, dropped, cost):
+    """Give the most precise one of those that miss, if what it takes can be told."""
+    for found, _ in sorted(tried, key=lambda found: found[0].reached):
+        try:
+            cost(found.plan)
+        except EinschaltError as error:
+            refused.append(error)
+            name = describe_plan(found.plan)
+            dropped[name] = f"{name}: {error}"
+        else:
+            return found
+    raise refused[-1]
 
 
 @dataclass
@@ -184,6 +217,12 @@ class _Trials:
             place = int(np.argmax(is_good))
         self.is_left[place] = False
         return self.plans.iloc[place]
+
+    def refuse(self, plan):
+        """Leave out what has the layout of a plan that cannot be laid out."""
+        names = list(LAYOUT)
+        is_same = self.plans[names].eq(plan[names]).all(axis=1)
+        self.is_left &= ~is_same.to_numpy()
 
     @property
     def promise(self):

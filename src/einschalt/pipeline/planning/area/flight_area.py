@@ -20,6 +20,7 @@ LONGEST = 500_000.0  # metres
 FARTHEST = 1e8  # metres from the origin: beyond it numbers are no coordinates
 LEAST_AREA = 1.0  # m²
 M2_PER_KM2 = 1e6
+AS_LONG = 1e-6  # of a side: sides of a square differ by less
 MOST_PLACES = 250_000  # of a lattice over the rectangle around an area
 
 
@@ -47,16 +48,22 @@ class FlightArea:
         """Centre (2,), direction of the strips [rad], half extent (2,)."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
-        around = shapely.minimum_rotated_rectangle(self.shape)
+        # far from the origin the rectangle would be some millimetres away
+        low = np.array(self.shape.bounds[:2])
+        near = shapely.transform(self.shape, lambda places: places - low)
+        around = shapely.minimum_rotated_rectangle(near)
         corners = shapely.get_coordinates(around)[:4]
         sides = np.diff(corners[:3], axis=0)
         lengths = np.hypot(*sides.T)
-        longer = sides[int(np.argmax(lengths))]
-        direction = float(np.arctan2(longer[1], longer[0]))
+        directions = np.arctan2(*sides[:, ::-1].T)
         # the same strips, flown from the west or from the south
-        direction = (direction + np.pi / 2 - 1e-9) % np.pi - np.pi / 2 + 1e-9
+        directions = (directions + np.pi / 2 - 1e-9) % np.pi - np.pi / 2 + 1e-9
+        direction = float(directions[np.argmax(lengths)])
+        if np.ptp(lengths) <= AS_LONG * lengths.max():
+            # its last digits do not choose: of a square the side nearer to the east
+            direction = float(min(directions, key=_from_the_east))
         half = np.array([lengths.max(), lengths.min()]) / 2.0
-        return corners.mean(axis=0), direction, half
+        return corners.mean(axis=0) + low, direction, half
 
     @property
     def direction(self) -> float:
@@ -143,6 +150,11 @@ class FlightArea:
             area=", ".join(said),
             azimuth=f"{self.azimuth:.0f}",
         )
+
+
+def _from_the_east(direction):
+    """How far a direction is from the east; of two alike the one to its left."""
+    return round(abs(direction), 6), -direction
 
 
 def _check(shape):

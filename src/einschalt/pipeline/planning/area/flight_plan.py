@@ -13,6 +13,7 @@ from einschalt.pipeline.planning.area.layout import FLIGHTS, AreaLayout
 LETTER = {"high_flight": "H", "low_flight": "L"}
 WHOLE = 1e-9
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
+LOWER_IS_SAID = 0.5  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,12 +21,13 @@ class FlightPlan:
     """What is flown and measured; easting, northing in the system of the area."""
 
     # line_id, flight, coverage, n_photographs, length, azimuth [degrees],
-    # start_easting, start_northing, end_easting, end_northing, flying_height (above
-    # ground), gsd, ground (mean height below) and altitude (of the camera in the
+    # start_easting, start_northing, end_easting, end_northing, flying_height (mean,
+    # above ground), gsd, ground (mean height below) and altitude (of the camera in the
     # height system; NaN without heights) [m]
     flight_lines: pd.DataFrame
     # photo_id, line_id, flight, coverage, easting, northing, azimuth [degrees],
-    # flying_height, ground, altitude [m]
+    # flying_height (altitude less ground), ground, altitude, height_above_nadir (above
+    # what lies straight below; NaN without heights) [m]
     photographs: pd.DataFrame
     # point_id, easting, northing, height (NaN without heights), n_models (of the high
     # flight), standard_error_m (TOTAL, that is asked of it)
@@ -44,12 +46,15 @@ def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False)
 
     ``plan`` is the row of the search, ``heights`` a GroundHeights over the area. With
     ``follows`` every photograph keeps its height above the ground below, otherwise
-    every line that above the mean of the ground below it.
+    every line that above the mean of the ground below it. Where the ground straight
+    below a camera is so low that the limit of the frame would not be kept, photographs
+    or lines fly lower.
     """
     photographs = pd.concat(
         [_photographs(layout, flight) for flight in FLIGHTS], ignore_index=True
     )
     photographs = _flown(photographs, plan, layout, heights, follows=follows)
+    photographs = _within_limit(photographs, frame.max_height, heights, follows=follows)
     lines = _lines(photographs, plan)
     control = _control(layout, frame, heights)
     effort = _effort(layout, plan, frame, photographs, control)
@@ -115,11 +120,34 @@ def _flown(photographs, plan, layout, heights, *, follows):
     )
 
 
+def _within_limit(photographs, limit, heights, *, follows):
+    """Lower cameras to the limit above the ground straight below them [m]."""
+    if heights is None:
+        return photographs.assign(height_above_nadir=np.nan)
+    plane = photographs[["easting", "northing"]].to_numpy()
+    nadir = heights.straight_below(plane)
+    lower = np.zeros(len(photographs))
+    if limit is not None:
+        lower = np.maximum(photographs["altitude"].to_numpy() - nadir - limit, 0.0)
+        if not follows:
+            lines = photographs["line_id"].to_numpy()
+            lower = pd.Series(lower).groupby(lines).transform("max").to_numpy()
+    altitude = photographs["altitude"] - lower
+    return photographs.assign(
+        flying_height=photographs["flying_height"] - lower,
+        altitude=altitude,
+        height_above_nadir=altitude - nadir,
+    )
+
+
 def _lines(photographs, plan):
     by_line = photographs.groupby("line_id", sort=False)
     first, last = by_line.first(), by_line.last()
     shift = [last[name] - first[name] for name in ("easting", "northing")]
     is_high = first["flight"] == "high_flight"
+    flying_height = by_line["flying_height"].mean()
+    planned = np.where(is_high, plan["high_flying_height"], plan["flying_height"])
+    gsd = np.where(is_high, plan["high_gsd"], plan["gsd"])
     lines = pd.DataFrame(
         {
             "flight": first["flight"],
@@ -131,8 +159,8 @@ def _lines(photographs, plan):
             "start_northing": first["northing"],
             "end_easting": last["easting"],
             "end_northing": last["northing"],
-            "flying_height": first["flying_height"],
-            "gsd": np.where(is_high, plan["high_gsd"], plan["gsd"]),
+            "flying_height": flying_height,
+            "gsd": gsd * (flying_height / planned),
             "ground": by_line["ground"].mean(),
             "altitude": by_line["altitude"].mean(),
         }
@@ -179,8 +207,25 @@ def _effort(layout, plan, frame, photographs, control):
     return table.assign(cost=table["amount"] * table["price"])
 
 
+def said_of_limit(flown, plan, limit):
+    """Say how much lower than planned cameras fly to keep a limit, or ""."""
+    is_high = flown.photographs["flight"] == "high_flight"
+    planned = np.where(is_high, plan["high_flying_height"], plan["flying_height"])
+    lower = float(np.max(planned - flown.photographs["flying_height"]))
+    if limit is None or lower < LOWER_IS_SAID:
+        return ""
+    return kept(
+        "Cameras fly up to {lower} m lower than planned above low ground: none is more "
+        "than {limit} m above the ground straight below it.",
+        lower=number(lower, 2),
+        limit=f"{limit:g}",
+    )
+
+
 def require_overlap(flown, plan, layout, heights):
     """Refuse ground so high that photographs do not overlap on it.
+
+    What cameras fly lower than planned leaves as little overlap as ground that rises.
 
     Returns what is to be said of overlaps on the highest ground, or "".
     """
@@ -193,17 +238,21 @@ def require_overlap(flown, plan, layout, heights):
     ):
         above = float(plan[name])
         of_flight = flown.photographs[flown.photographs["flight"] == flight]
-        rise = _rise(of_flight, heights, layout, flight)
+        rise = _rise(of_flight, above, heights, layout, flight)
         left = 1.0 - rise / above
         forward = 1.0 - (1.0 - geometry.forward_overlap) / max(left, 1e-6)
         side = 1.0 - (1.0 - geometry.side_overlap) / max(left, 1e-6)
         if left <= 0.0 or forward < RIM_OF_OVERLAP or side < 0.0:
+            lowered = above - of_flight["flying_height"].min()
+            is_limited = lowered > LOWER_IS_SAID
             raise GeometryError(
                 f"the ground rises {number(rise, 2)} m above what the "
                 f"{flight.replace('_', ' ')}, {above:.0f} m above it, is laid out for: "
                 f"overlaps of {100 * forward:.0f} and {100 * side:.0f} % are left",
                 expected="more than 50 % forward and 0 % to the side",
-                remedy="Give larger overlaps or a greater flying height",
+                remedy="Give larger overlaps; --max-height leaves no room to fly higher"
+                if is_limited
+                else "Give larger overlaps or a greater flying height",
             )
         left_over += [f"{100 * forward:.0f}", f"{100 * side:.0f}"]
     names = ("high_forward", "high_side", "low_forward", "low_side")
@@ -217,10 +266,11 @@ def require_overlap(flown, plan, layout, heights):
     )
 
 
-def _rise(photographs, heights, layout, flight):
-    """How far the ground rises above that for which a photograph is flown [m]."""
+def _rise(photographs, above, heights, layout, flight):
+    """How far the ground rises above what lies ``above`` below the cameras [m]."""
     scale = layout.flights[flight].scale_number
     half = scale * np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0
     plane = photographs[["easting", "northing"]].to_numpy()
     peaks = heights.highest_around(plane, float(half))
-    return float(np.max(peaks - photographs["ground"].to_numpy(), initial=0.0))
+    laid_out_for = photographs["altitude"].to_numpy() - above
+    return float(np.max(peaks - laid_out_for, initial=0.0))

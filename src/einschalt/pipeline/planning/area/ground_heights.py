@@ -15,6 +15,7 @@ MOST_KEPT = 250_000
 MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 PLACES_IN_AREA = 4000  # at which heights are wanted
+FLATTEST = 1e-6  # extent of places across over along a line: less is a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +150,28 @@ class GroundHeights:
         """Highest height within a reach [m] of places (n, 2)."""
         heights = self._coarse_for(reach)
         return heights._around(ground, reach, heights._extremes[:, 1], np.max)
+
+    def straight_below(self, ground):
+        """Height at places (n, 2), interpolated linearly; the nearest where none lie.
+
+        Of cells the lowest: that is from where a height above ground is measured.
+        """
+        ground = np.asarray(ground, dtype=float)
+        nearest = self._extremes[self._tree.query(ground)[1], 0]
+        if self._surface is None:
+            return nearest
+        height = self._surface(ground - self.plane.min(axis=0))
+        return np.where(np.isfinite(height), height, nearest)
+
+    @cached_property
+    def _surface(self):
+        from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415
+
+        plane = self.plane - self.plane.min(axis=0)
+        along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
+        if across < FLATTEST * along:  # places in one line span no surface
+            return None
+        return LinearNDInterpolator(plane, self._extremes[:, 0])
 
     def _coarse_for(self, reach):
         """The same in cells of which some hundred lie in a reach."""

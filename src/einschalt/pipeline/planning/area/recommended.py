@@ -14,6 +14,7 @@ from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
     flight_plan,
     require_overlap,
+    said_of_limit,
 )
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
@@ -127,27 +128,27 @@ def _require_least_model(area, choices, frame):
     require_one_model(area, design_of(least, frame))
 
 
-def plan_area(area, search, frame, *, heights=None, follows=False, progress=None):
+def plan_area(area, search, frame, *, heights=None, follows=None, progress=None):
     """Find the cheapest plan of a search that keeps its target over an area.
 
     Each plan that is tried is laid out over the area and propagated there; where the
     area has too many models for that, over a part of it that has borders of its own.
-    ``heights``: GroundHeights over the area; ``follows``: see :func:`flight_plan`.
+    ``heights``: GroundHeights over the area; ``follows``: see :func:`flight_plan`; left
+    out, where flying heights are limited.
 
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
     laid, wholes, search = {}, {}, _that_fit(area, search, frame)
+    follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
         found = _laid_out(area, plan, frame)
-        layout = found.layout
-        _require_held(layout)
-        if heights is not None and not found.is_part:
-            flown = flight_plan(layout, plan, frame, heights, follows=follows)
-            require_overlap(flown, plan, layout, heights)
+        _require_held(found.layout)
         laid[plan.name] = found
-        return propagate(layout)
+        if heights is not None:  # ground may be too high anywhere in the area
+            whole(plan)
+        return propagate(found.layout)
 
     def whole(plan):
         if plan.name not in wholes:
@@ -172,7 +173,7 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = laid[best.plan.name]
-    notes = [*([said] if said else []), *_note_of_part(part)]
+    notes = [*said, *_note_of_part(part)]
     checked_on = part.layout.area
     parts = (area, search, best, layout, checked_on, flown, next_flown)
     return AreaPlan(*parts, tuple(notes))
@@ -225,7 +226,11 @@ def _whole(area, plan, laid, frame, heights, follows):
     if found.is_part:
         layout = lay_out(area, _over(area, design_of(plan, frame), np.inf))
     flown = flight_plan(layout, plan, frame, heights, follows=follows)
-    return layout, flown, require_overlap(flown, plan, layout, heights)
+    said = [
+        require_overlap(flown, plan, layout, heights),
+        said_of_limit(flown, plan, frame.max_height),
+    ]
+    return layout, flown, [text for text in said if text]
 
 
 def _over(area, design, most_work) -> FlightDesign:

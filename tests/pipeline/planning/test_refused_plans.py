@@ -1,0 +1,140 @@
+"""Plans that cannot be laid out: the next ones are tried, and the answer stands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.check import (
+    LAYOUT,
+    MOST_REFUSED,
+    check_plans,
+    design_of,
+)
+from einschalt.pipeline.planning.expected_precision import propagate_design
+from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+
+CHOICES = PlanChoices(
+    scale_number=(5800, 6800, 8100, 9500, 11200),
+    spacing=(250,),
+    m_g_um=(10,),
+    n_coverages=(2, 3),
+)
+TARGET = 0.05
+FRAME = PlanFrame()
+
+
+@pytest.fixture(scope="module")
+def found():
+    return find_plans(TARGET, CHOICES)
+
+
+def layout_of(plan):
+    return tuple(plan[list(LAYOUT)])
+
+
+def test_refused_plans_do_not_use_up_those_that_are_tried(found):
+    cheapest = found.feasible[list(LAYOUT)].drop_duplicates().head(12)
+    bad, judged = set(map(tuple, cheapest.to_numpy())), []
+
+    def judge(plan):
+        judged.append(layout_of(plan))
+        if layout_of(plan) in bad:
+            raise GeometryError("the ground is too high")
+        return propagate_design(design_of(plan, FRAME))
+
+    checked = check_plans(found, FRAME, judge=judge)
+    assert checked.is_kept
+    # no settings more are tried of a layout that was refused
+    refused = [layout for layout in judged if layout in bad]
+    assert len(refused) == len(set(refused)) == len(bad)
+    assert "  and " in checked.verdict().splitlines()[-1]
+    assert checked.verdict().count("Misses the target") == 8
+
+
+def test_refusals_come_to_an_end(found):
+    judged = []
+
+    def judge(plan):
+        judged.append(layout_of(plan))
+        raise GeometryError(f"refused {len(judged)}")
+
+    with pytest.raises(GeometryError, match=r"refused \d+"):
+        check_plans(found, FRAME, judge=judge)
+    assert 20 < len(judged) <= MOST_REFUSED
+    assert len(set(judged)) == len(judged)
+
+
+@pytest.mark.parametrize("target", [TARGET, 0.001])
+def test_a_plan_whose_costs_cannot_be_told_is_dropped(target):
+    found = find_plans(target, CHOICES)
+    usual = check_plans(found, FRAME)
+
+    def cost(plan):
+        if layout_of(plan) == layout_of(usual.plan):
+            raise GeometryError("the ground is too high")
+        return plan["cost"]
+
+    checked = check_plans(found, FRAME, cost=cost)
+    assert checked.is_kept == usual.is_kept == (target == TARGET)
+    assert layout_of(checked.plan) != layout_of(usual.plan)
+    assert any("the ground is too high" in text for text in checked.dropped)
+
+
+def test_of_plans_that_miss_the_nearest_whose_costs_can_be_told_is_given():
+    found = find_plans(0.049, replace(CHOICES, scale_number=(11_200,)))
+    usual = check_plans(found, FRAME, most=2, judge=_too_bad)
+    assert not usual.is_kept
+
+    def cost(plan):
+        if plan.name == usual.plan.name:
+            raise GeometryError("the ground is too high")
+        return plan["cost"]
+
+    checked = check_plans(found, FRAME, most=2, judge=_too_bad, cost=cost)
+    assert not checked.is_kept
+    assert checked.plan.name != usual.plan.name
+    with pytest.raises(GeometryError, match="never"):
+        check_plans(found, FRAME, most=2, judge=_too_bad, cost=_never)
+
+
+def _too_bad(plan):
+    """Whatever it is, it is measured so badly that it misses."""
+    return propagate_design(replace(design_of(plan, FRAME), m_g_um=60.0))
+
+
+def _never(plan):
+    raise GeometryError("never")
+
+
+@pytest.fixture(scope="module")
+def hill():
+    """A hill of 400 m in an area of 11.8 x 8.1 km."""
+    area = FlightArea(shapely.box(0.0, 0.0, 11_800.0, 8_100.0))
+    axes = np.arange(-1500.0, 13_400.0, 100.0), np.arange(-1200.0, 9400.0, 100.0)
+    plane = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    away = np.hypot(*(plane - [5900.0, 4050.0]).T)
+    height = 400.0 + 400.0 * np.exp(-((away / 1000.0) ** 2) / 2.0)
+    return area, GroundHeights(plane, height, "hill.xyz").over(area)
+
+
+@pytest.mark.parametrize("is_part", [False, True])
+def test_a_plan_is_found_over_a_hill(is_part, hill, monkeypatch):
+    """Whether precisions are propagated on the whole area or on a part of it."""
+    if is_part:
+        monkeypatch.setattr(recommended, "FEWEST_IN_A_MODEL", 1e9)
+    area, heights = hill
+    scales = (11_000, 13_000) if is_part else tuple(range(5000, 15_001, 1000))
+    choices = PlanChoices(
+        scale_number=scales, spacing=(250,), m_g_um=(10,), n_coverages=(2, 3)
+    )
+    found, frame = recommended.search_over(TARGET, area, choices, FRAME)
+    plan = recommended.plan_area(area, found, frame, heights=heights)
+    assert plan.is_recommended
+    assert any("the ground rises" in text for text in plan.checked.dropped)
+    assert any("overlaps left on the highest" in text for text in plan.notes)
