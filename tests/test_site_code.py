@@ -11,6 +11,7 @@ import io
 import re
 import shlex
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -39,7 +40,7 @@ SMALLER = {
     'Experiment("neukirchen"), 20,': 'Experiment("demo"), 2,',
     "--nworkers 8": "--nworkers 1",
 }
-ADDRESS = "10.0.0.5"
+ADDRESS, PORT = "10.0.0.5", "8786"  # the scheduler listens there without being told
 ANSWERS = "EPSG:31255\n\n\n"  # the suggested sizes of errors
 
 
@@ -102,33 +103,60 @@ def desk(cupboard, tmp_path, monkeypatch):
     return lay_out
 
 
-def lines_of(code):
+@pytest.fixture
+def port():
+    """Of this test alone: others run at the same time."""
+    with socket.socket() as asked:
+        asked.bind(("127.0.0.1", 0))
+        return asked.getsockname()[1]
+
+
+def lines_of(code, port):
     text = code.replace("\\\n", " ") + "\n"
-    for large, small in SMALLER.items():
+    here = {
+        f"--host {ADDRESS}": f"--host 127.0.0.1 --port {port}",
+        f"{ADDRESS}:{PORT}": f"127.0.0.1:{port}",
+    }
+    for large, small in {**SMALLER, **here}.items():
         text = text.replace(large, small)
     return [line for line in text.splitlines() if line.partition("#")[0].strip()]
 
 
 @pytest.mark.parametrize(("page", "code"), blocks_of({"sh", "console"}, walks=False))
-def test_commands_run(page, code, desk):
+def test_commands_run(page, code, desk, port):
     desk(code)
     before = []
     if ADDRESS in code and "dask scheduler" not in code:  # of an earlier block
         before = re.findall(r"^dask .*", PAGES[page], re.MULTILINE)
     with started_computers() as starting:
-        for line in lines_of("\n".join([*before, code])):
+        for line in lines_of("\n".join([*before, code]), port):
             run(line, starting)
 
 
 @pytest.mark.parametrize("page", [n for n in WALKS if "```console\n" in PAGES[n]])
-def test_console_blocks_of_tutorials_run(page, desk):
+def test_console_blocks_of_tutorials_run(page, desk, port):
     """Behind the commands of their page; what these print is compared elsewhere."""
     blocks = [c for one, c in FENCED.findall(PAGES[page]) if one in {"sh", "console"}]
     desk(" ".join(blocks))
     with started_computers() as starting:
         for code in blocks:
-            for line in lines_of(code):
+            for line in lines_of(code, port):
                 run(line, starting)
+
+
+def test_computers_of_two_tests_listen_at_ports_of_their_own():
+    one, two = (
+        [
+            line
+            for line in lines_of(PAGES["batch"], port)
+            if line.startswith(("dask", "einschalt"))
+        ]
+        for port in (50_001, 50_002)
+    )
+    assert not any(PORT in line or ADDRESS in line for line in one)
+    assert [line.replace("50001", "50002") for line in one] == two
+    told = {line.split()[1] for line in one if "50001" in line}
+    assert told == {"scheduler", "worker", "batch", "simulate"}
 
 
 def run(line, starting):
@@ -145,7 +173,6 @@ def run(line, starting):
         starting(program, words)
     else:
         assert program == "einschalt", line
-        words = [word.replace(ADDRESS, "127.0.0.1") for word in words]
         shown = CliRunner().invoke(app, words, input=ANSWERS)
         assert shown.exit_code == 0, f"{line}\n{shown.output}"
         assert shown.stdout, line
@@ -157,7 +184,6 @@ def started_computers():
     running = []
 
     def start(program, words):
-        words = [word.replace(ADDRESS, "127.0.0.1") for word in words]
         module = {"dask": "dask", "einschalt": "einschalt"}[program]
         if words[0] == "serve":
             words += ["--no-browser"]

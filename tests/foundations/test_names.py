@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from einschalt.foundations.names import encode, encode_pairs
+from einschalt.foundations.names import encode, encode_pairs, is_among
 
 examples = settings(max_examples=50, deadline=None, derandomize=True)
 some_names = st.lists(st.sampled_from(["7/8", "0012", "12", " ", "ä", "x"]))
@@ -31,6 +31,30 @@ def test_names_stay_as_given(column):
     assert coded.codes.tolist() == [0, 1, 2, 0]
     assert coded.names.tolist() == ["7/8", "0012", "12"]
     assert len(coded) == 3
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        *([], np.array([]), pd.Series(dtype=float), pd.Series(dtype=int)),
+        *(pa.array([], pa.float64()), pa.chunked_array([], pa.int64()), pa.nulls(0)),
+    ],
+    ids=["list", "numpy", "float", "int", "Arrow", "chunked", "nulls"],
+)
+def test_an_empty_column_of_any_kind_holds_no_names(column):
+    coded = encode(column)
+    assert coded.codes.tolist() == coded.names.tolist() == []
+    assert encode(["7/8"]).locate(coded).tolist() == []
+    assert is_among(["7/8"], column).tolist() == [False]
+    assert is_among(column, ["7/8"]).tolist() == []
+
+
+@pytest.mark.parametrize("missing", [None, np.nan])
+def test_a_missing_name_has_no_code(missing):
+    with pytest.raises(ValueError, match="1 of 2 names are missing"):
+        encode(["7/8", missing])
+    with pytest.raises(ValueError, match="1 of 2 names are missing"):
+        encode_pairs(["1", "1"], pd.Series([missing, "7/8"], dtype="category"))
 
 
 @examples

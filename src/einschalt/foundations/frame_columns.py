@@ -14,6 +14,8 @@ import pandas as pd
 def columns_of(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     """Some columns of a table, as ``table[names]`` gives them.
 
+    Each name stands once in the table.
+
     >>> columns_of(pd.DataFrame({"x": [1.0], "y": [2.0], "z": [3.0]}), "zx")
          z    x
     0  3.0  1.0

@@ -68,13 +68,16 @@ class CodedPairs:
 
 
 def encode(names) -> Coded:
-    """Dictionary-encode a column of names.
+    """Dictionary-encode a column of names; ValueError where one is missing.
 
     >>> coded = encode(["7/8", "0012", "7/8"])
     >>> coded.codes.tolist(), coded.names.tolist()
     ([0, 1, 0], ['7/8', '0012'])
     """
-    coded = _text(names).dictionary_encode()
+    texts = _text(names)
+    if texts.null_count:
+        raise ValueError(f"{texts.null_count} of {len(texts)} names are missing")
+    coded = texts.dictionary_encode()
     indices = coded.indices.to_numpy(zero_copy_only=False)
     return Coded(indices.astype(np.int64), coded.dictionary)
 
@@ -112,6 +115,8 @@ def is_among(names, others):
 
 
 def _text(names):
+    if len(names) == 0:  # of any kind: pandas makes empty columns float
+        return pa.array([], TEXT)
     is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
     array = names.cast(TEXT) if is_arrow else pa.array(names, TEXT, from_pandas=True)
     return array.combine_chunks() if isinstance(array, pa.ChunkedArray) else array

@@ -156,6 +156,62 @@ def test_numbers_have_decimal_commas_too(invoke):
 
 
 @pytest.mark.parametrize(
+    "text", ["7,5", "7,5um", "10,5", "5,5", "12,5 µm", "300,50", "3,05", "0,125"]
+)
+def test_two_numbers_that_may_be_one_are_refused(text, invoke):
+    point, both = text.replace(",", "."), text.replace(",", ";")
+    for words in (("--m-g-um", text), (f"--m-g-um={text}",)):
+        refused = invoke("plan", *words)
+        assert refused.exit_code == 2
+        said = f"'{text}' may be two numbers or one; write '{point}' or '{both}'."
+        assert said in " ".join(refused.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        *[("200,300", "200,300"), ("5,10", "5,10"), ("8000,10000", "8000,10000")],
+        *[("10,5,3", "10,5,3"), ("10m,5m", "10,5"), ("10.0,5", "10.0,5")],
+        *[("10, 5", "10,5"), ("10;5", "10,5"), ("7,5;10,5", "7.5,10.5")],
+        *[("7.5", "7.5"), ("300,250", "300,250"), ("2,3cm", "0.02,0.03")],
+    ],
+)
+def test_lists_stay_lists(text, meant):
+    given = lengths.with_numbers(["--spacing", text], {"--spacing": ("m", False)})
+    assert given == ["--spacing", meant]
+
+
+@pytest.mark.parametrize("text", ["10,000", "1,500", "250,000m", "-1,250 km"])
+def test_thousands_that_may_be_decimals_are_refused(text, invoke):
+    refused = invoke("plan", f"--width={text}")
+    assert refused.exit_code == 2
+    whole, decimals = text.replace(",", ""), text.replace(",", ".")
+    said = f"'{text}' may be thousands or decimals; write '{whole}' or '{decimals}'."
+    assert said in " ".join(refused.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        *[("0,125", "0.125"), ("5,5", "5.5"), ("5,55", "5.55"), ("1,2345", "1.2345")],
+        *[("1234,567", "1234.567"), ("10.000", "10.000"), ("1,250e3", "1.250e3")],
+    ],
+)
+def test_commas_that_part_no_thousands_are_decimal(text, meant):
+    given = lengths.with_numbers([f"--width={text}"], {"--width": ("m", True)})
+    assert given == [f"--width={meant}"]
+
+
+def test_commas_of_two_meanings_are_told_in_german(invoke):
+    refused = invoke("--language", "de", "plan", "--width", "10,000").stderr
+    said = "können Tausender sein oder Dezimalstellen; '10000' oder '10.000' schreiben."
+    assert said in " ".join(refused.split())
+    refused = invoke("--language", "de", "plan", "--m-g-um", "7,5").stderr
+    said = "können zwei Zahlen sein oder eine; '7.5' oder '7;5' schreiben."
+    assert said in " ".join(refused.split())
+
+
+@pytest.mark.parametrize(
     ("call", "said"),
     [
         (("plan", "--target", "abc"), "'--target': expected a number"),

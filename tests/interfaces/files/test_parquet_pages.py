@@ -1,13 +1,16 @@
 """Pages of Parquet files: how much they unpack to, before anything is unpacked."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
+import shapely
 from pyarrow import parquet
 
 from einschalt.foundations.errors import FileError
-from einschalt.foundations.tables import MODEL_POINTS
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS
 from einschalt.interfaces.files import parquet_tables
 from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
@@ -138,3 +141,82 @@ def test_a_name_that_would_fill_the_memory_is_refused(tmp_path, n_rows, kind, le
     parquet.write_table(table, path, dictionary_pagesize_limit=2**30)
     with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
         read_parquet(path, MODEL_POINTS)
+
+
+DELTAS = ("DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY")
+
+
+@pytest.mark.parametrize("encoding", DELTAS)
+@pytest.mark.parametrize("n_rows", [0, 1, 100, N_ROWS])
+@pytest.mark.parametrize("version", ["1.0", "2.0"])
+def test_names_of_delta_encodings_are_read(tmp_path, encoding, n_rows, version):
+    frame = model_points().head(n_rows)
+    path = tmp_path / "t.parquet"
+    names = ["coverage", "model_id", "point_id"]
+    parquet.write_table(
+        pa.Table.from_pandas(frame, preserve_index=False),
+        path,
+        use_dictionary=False,
+        column_encoding=dict.fromkeys(names, encoding),
+        data_page_version=version,
+        row_group_size=25_000,
+    )
+    read = read_parquet(path, MODEL_POINTS).reset_index(drop=True)
+    pd.testing.assert_frame_equal(read, frame, check_dtype=False)
+
+
+@pytest.mark.parametrize("encoding", DELTAS)
+def test_geometries_of_delta_encodings_are_read(tmp_path, encoding):
+    path = tmp_path / "t.parquet"
+    points = shapely.to_wkb(shapely.points([[1.0, 2.0], [3.0, 4.0]]))
+    facts = {"encoding": "WKB", "geometry_types": [], "crs": None}
+    geo = {"primary_column": "geometry", "columns": {"geometry": facts}}
+    table = pa.table({"point_id": ["P1", "P2"], "geometry": list(points)})
+    parquet.write_table(
+        table.replace_schema_metadata({b"geo": json.dumps(geo).encode()}),
+        path,
+        use_dictionary=False,
+        column_encoding=dict.fromkeys(table.column_names, encoding),
+    )
+    read = read_parquet(path, CONTROL_POINTS)
+    assert read[["easting", "northing"]].to_numpy().tolist() == [[1, 2], [3, 4]]
+
+
+def test_a_table_of_nothing_but_delta_names_is_read(tmp_path):
+    path = tmp_path / "t.parquet"
+    parquet.write_table(
+        pa.table({"point_id": ["P1", None, "P3"]}),
+        path,
+        use_dictionary=False,
+        column_encoding={"point_id": "DELTA_BYTE_ARRAY"},
+    )
+    read = read_parquet(path, MODEL_POINTS)["point_id"]
+    assert read.fillna("-").tolist() == ["P1", "-", "P3"]
+
+
+@pytest.mark.parametrize("n_rows", [1000, N_ROWS])
+def test_a_name_that_each_row_repeats_is_refused_before_it_fills_the_memory(
+    tmp_path, n_rows, monkeypatch
+):
+    """Each name shares all of its bytes with the one before it."""
+    path = tmp_path / "t.parquet"
+    parquet.write_table(
+        pa.table({"point_id": ["x" * (2**27 // n_rows)] * n_rows}),
+        path,
+        use_dictionary=False,
+        column_encoding={"point_id": "DELTA_BYTE_ARRAY"},
+        compression="zstd",
+    )
+    assert path.stat().st_size < 2**17
+    monkeypatch.setattr(parquet_tables, "HARMLESS_BYTES", 2**22)
+    before = pa.total_allocated_bytes()
+    most, refuse_it = [], parquet_tables._refuse_unpacked
+
+    def refuse(*facts):
+        most.append(pa.total_allocated_bytes() - before)
+        refuse_it(*facts)
+
+    monkeypatch.setattr(parquet_tables, "_refuse_unpacked", refuse)
+    with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
+        read_parquet(path, MODEL_POINTS)
+    assert 2**22 < max(most) < 2**25

@@ -23,8 +23,10 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PIECE = re.compile(rf"({NUMBER})\s*({'|'.join(METRES)})?(?![^\s,:x×])")
 # the one number of an option, or those that semicolons separate
 WITH_COMMA = re.compile(r"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*[A-Za-zµμ]*)")
-# a list, or a number below one: what follows has no point that would tell
-COMMA_OR_LIST = re.compile(r"[+-]?0,\d+\s*[A-Za-zµμ]*")
+# a list, or a number with decimals: what follows has no point that would tell
+COMMA_OR_LIST = re.compile(r"[+-]?(\d+),(\d+)\s*[A-Za-zµμ]*")
+# ten thousand, or ten with three decimals
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}\s*[A-Za-zµμ]*")
 OTHER_UNIT = re.compile(rf"{NUMBER}\s*[A-Za-zµμ'\"]+")
 TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
@@ -76,7 +78,8 @@ def _number(text, factor):
 def with_decimal_points(text, *, is_one):
     """The same numbers with decimal points; what has no decimal comma as it is.
 
-    BadParameter where a comma of several numbers may be either.
+    BadParameter where a comma of several numbers may be either, or one before three
+    digits part thousands.
 
     >>> with_decimal_points("5,5cm", is_one=True)
     '5.5cm'
@@ -86,14 +89,37 @@ def with_decimal_points(text, *, is_one):
     '200,300'
     """
     if is_one:
+        _refuse_thousands(text)
         return WITH_COMMA.sub(r"\1.\2", text) if WITH_COMMA.fullmatch(text) else text
-    if COMMA_OR_LIST.fullmatch(text.strip()):
+    if _may_be_one(text):
         as_list, as_number = text.replace(",", ";"), text.replace(",", ".")
         ways = f"write {as_number!r} or {as_list!r}."
         raise typer.BadParameter(f"{text!r} may be two numbers or one; {ways}")
     if ";" not in text:
         return text
     return ",".join(WITH_COMMA.sub(r"\1.\2", part) for part in text.split(";"))
+
+
+def _may_be_one(text):
+    """Whether a list of two may be meant as one number: "7,5" may, "200,300" cannot.
+
+    Lists rise, as a rule, and hold no 0 and no 05.
+    """
+    found = COMMA_OR_LIST.fullmatch(text.strip())
+    if found is None:
+        return False
+    whole, decimals = found.groups()
+    is_short = len(decimals) <= 2
+    starts_with_0 = decimals.startswith("0") and len(decimals) > 1
+    falls = int(decimals) <= int(whole)
+    return int(whole) == 0 or starts_with_0 or (is_short and falls)
+
+
+def _refuse_thousands(text):
+    """Refuse one number of which a comma may part thousands or decimals."""
+    if THOUSANDS.fullmatch(text.strip()):
+        ways = f"write {text.replace(',', '')!r} or {text.replace(',', '.')!r}."
+        raise typer.BadParameter(f"{text!r} may be thousands or decimals; {ways}")
 
 
 def with_numbers(words, options):

@@ -48,6 +48,18 @@ def texts_of(data, chunk):
         return None
 
 
+def largest_page(data, chunk):
+    """Bytes of the largest page of a column, unpacked; None where pages do not tell it.
+
+    No text of the column is longer.
+    """
+    try:
+        pages = _pages(data, chunk)
+        return max((header[UNPACKED] for _, header, _ in pages), default=0)
+    except (LookupError, ValueError, TypeError):
+        return None
+
+
 def _summed_up(data, chunk):
     n_codes = n_written_out = n_names = longest = n_bytes = 0
     for kind, header, body in _pages(data, chunk):

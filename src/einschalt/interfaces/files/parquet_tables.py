@@ -25,6 +25,7 @@ from einschalt.foundations.key_columns import MANY
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.parquet_batches import has_deltas, in_batches
 from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.point_layers import (
     WGS_84,
@@ -130,7 +131,8 @@ def _read_columns(data, schema, said, source):
     known += [place[0]] if place else []
     fixed = [columns[places[n]].length for n in known if n in places]
     _refuse_unpacked(metadata.num_rows * max(fixed, default=0), len(data), source)
-    table = _stored(data, metadata, known, coded)
+    slow = {n: places[n] for n in coded if has_deltas(metadata, places[n])}
+    table = _stored(data, metadata, known, coded, slow, source)
 
     def understand(name, column):
         if place is not None and name == place[0]:
@@ -147,8 +149,12 @@ def _read_columns(data, schema, said, source):
     return columns, names, meant, place
 
 
-def _stored(data, metadata, names, coded):
-    """Read columns, some of them as codes: the groups of rows on all cores."""
+def _stored(data, metadata, names, coded, slow, source):
+    """Read columns, some of them as codes: the groups of rows on all cores.
+
+    ``slow``: places of those that are no codes and might fill the memory.
+    """
+    names, coded = ([n for n in those if n not in slow] for those in (names, coded))
     n_parts = min(n_cores(), metadata.num_row_groups) or 1
     edges = np.linspace(0, metadata.num_row_groups, n_parts + 1).astype(int).tolist()
 
@@ -160,7 +166,22 @@ def _stored(data, metadata, names, coded):
 
     with ThreadPoolExecutor(n_parts) as pool:
         parts = pool.map(read, [list(range(a, b)) for a, b in pairwise(edges)])
-        return pa.concat_tables(list(parts))
+        table = pa.concat_tables(list(parts))
+    tables = [table, *(_bounded(data, metadata, k, source) for k in slow.values())]
+    return pa.table(
+        [column for table in tables for column in table.itercolumns()],
+        names=[name for table in tables for name in table.column_names],
+    )
+
+
+def _bounded(data, metadata, place, source):
+    """Read a column in batches, as long as all of it is no monster."""
+    batches, n_bytes = [], 0
+    for batch in in_batches(data, metadata, place, HARMLESS_BYTES):
+        batches.append(batch)
+        n_bytes += batch.nbytes
+        _refuse_unpacked(n_bytes, len(data), source)
+    return pa.Table.from_batches(batches)
 
 
 def _is_text(data, metadata, place):
