@@ -8,6 +8,7 @@ import base64
 import csv
 import hashlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -315,6 +316,43 @@ def test_it_is_printed_on_the_paper_that_is_wanted(result):
     assert printed.startswith(b"%PDF")
     assert b"/MediaBox [0 0 612 792]" in printed
     assert 3 <= printed.count(b"/Type /Page\n") <= 12
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the browser is a shell script")
+@pytest.mark.parametrize(
+    ("text", "then"),
+    [
+        ("%PDF-1.4 half", "exit 0"),
+        ("%PDF-1.4 %%EOF", "exit 3"),
+        ("%PDF-1.4 %%EOF", "exec sleep 60"),
+        (None, "exit 0"),
+    ],
+    ids=["cut_off", "failed", "too_slow", "nothing"],
+)
+def test_half_a_pdf_is_none(monkeypatch, tmp_path, text, then):
+    browser = a_browser(tmp_path / "chromium", text, then)
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: str(browser))
+    monkeypatch.setattr(pdf_printer, "SECONDS", 1.0)
+    with pytest.raises(SettingsError, match="printed no PDF"):
+        pdf_of("<p>")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the browser is a shell script")
+def test_a_whole_pdf_is_taken_as_it_is(monkeypatch, tmp_path):
+    browser = a_browser(tmp_path / "chromium", "%PDF-1.4 %%EOF\n", "exit 0")
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: str(browser))
+    assert pdf_of("<p>") == b"%PDF-1.4 %%EOF\n"
+
+
+def a_browser(path, text, then):
+    """A program that prints a text in the place of a PDF."""
+    path.with_suffix(".txt").write_text(text or "")
+    prints = 'cat "$0.txt" > "${one#*=}"' if text else ":"
+    lines = ["#!/bin/sh", 'for one in "$@"; do case "$one" in']
+    lines += [f"--print-to-pdf=*) {prints} ;; esac; done", then]
+    path.write_text("\n".join(lines))
+    path.chmod(0o700)
+    return path
 
 
 def test_without_a_browser_it_is_said_what_to_do(monkeypatch):
