@@ -292,6 +292,29 @@ def test_bars_hold_as_many_of_the_errors_that_the_page_can_tell_apart(seen):
     assert high > 0.0622
 
 
+def test_numbers_of_known_points_are_sorted_both_ways(seen):
+    up, down, n = seen[0]["numbers"]
+    assert len(up) == len(down) == min(n, 10) > 1
+    assert up == [f"K{k + 1}" for k in range(len(up))]
+    assert down == [f"K{n - k}" for k in range(len(down))]
+
+
+def test_who_picks_a_row_by_keys_stays_on_it(seen):
+    for picked, name, is_same_place in seen[0]["held"]:
+        assert name == picked
+        assert is_same_place
+
+
+def test_pages_of_a_table_end_at_its_ends(seen, result):
+    first, before, last, after = seen[0]["turned"]
+    n = len(result.points)
+    assert first == before == [f"1–10 of {n} points", [True, True, False, False]]
+    start = (n - 1) // 10 * 10 + 1
+    assert last == after
+    assert last[0].startswith(f"{start}–{n} of {n} ")
+    assert last[1] == [False, False, True, True]
+
+
 def test_on_paper_every_row_of_a_short_table_is_printed(seen, result):
     (n_printed, width, n_buttons), (n_shown, wide, n_sorting) = seen[0]["printed"]
     assert n_printed == len(result.points) > n_shown == 10
