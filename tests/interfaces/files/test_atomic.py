@@ -186,6 +186,19 @@ def test_old_leftover_is_removed_whoever_made_it(tmp_path, place):
     assert not leftover.exists()
 
 
+def test_an_old_session_stays_while_its_process_runs(tmp_path):
+    long_ago = time.time() - 1.01 * DAY
+    sessions = [
+        tmp_path / leftover_of(pid, atomic.SESSION)
+        for pid in (1, pid_of_ended_process())
+    ]
+    for session in sessions:
+        session.mkdir()
+        os.utime(session, (long_ago, long_ago))
+    atomic.remove_leftovers(tmp_path)
+    assert [session.exists() for session in sessions] == [True, False]
+
+
 WRITER = """
 import os, pickle, sys
 from pathlib import Path

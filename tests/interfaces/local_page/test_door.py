@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from tests.interfaces.local_page.conftest import OWN, PORT
+from tests.interfaces.local_page.conftest import PORT, Visitor
 
 from einschalt.interfaces.local_page import door, words
 
@@ -59,6 +59,17 @@ def test_own_pages_may_be_seen_under_all_names_of_this_computer(visitor):
         assert visitor.get("/", host=f"{name}:{PORT}").status == 200
 
 
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:80"])
+def test_the_usual_port_may_be_left_out_by_browsers(visitor, host):
+    from einschalt.interfaces.local_page.server import application
+
+    usual = Visitor(visitor.session, application(visitor.session, 80))
+    usual.headers["cookie"] = f"einschalt-80={visitor.session.key}"
+    assert usual.get("/", host=host, origin=f"http://{host}").status == 200
+    assert usual.get("/", host="evil.example").status == 403
+    assert visitor.get("/", host="localhost").status == 403
+
+
 def test_200_requests_at_once_are_answered_or_told_to_wait(visitor):
     async def all_at_once():
         requests = [visitor.answer("GET", "/", (), {}) for _ in range(200)]
@@ -77,4 +88,3 @@ def test_every_answer_forbids_scripts_and_requests_from_elsewhere(visitor):
         assert policy == door.POLICY
         assert "unsafe" not in policy
         assert headers["x-content-type-options"] == "nosniff"
-    assert OWN not in door.POLICY

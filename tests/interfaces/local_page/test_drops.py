@@ -9,8 +9,12 @@ import shutil
 
 import pytest
 
-from einschalt.interfaces.local_page import dropped_files
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import written_in
+from einschalt.foundations.told_errors import told
+from einschalt.interfaces.local_page import drop_pages, dropped_files
 from einschalt.interfaces.local_page.refusals import TooLargeError
+from einschalt.interfaces.new_block.proposal import Question
 
 CHUNK = bytes(2**20)
 GIGABYTES = 2 * 2**30
@@ -64,6 +68,39 @@ def test_of_dropped_tables_a_block_is_made(visit, root, small_block):
     assert "Nothing is wrong with its input" in checked
     text = (visitor.session.folder / "dropped-1" / "block.toml").read_text("utf-8")
     assert "standard_error_m = 0.03" in text
+
+
+SCALE = Question("low_flight", "scale_number", "", "scale number of the low flight")
+CONTROL = Question("control_points", "standard_error_m", "", "error of control points")
+
+
+@pytest.mark.parametrize(
+    ("question", "text", "value"),
+    [
+        (SCALE, "10.000", 10_000.0),
+        (SCALE, "10,000", 10_000.0),
+        (SCALE, "120 000", 120_000.0),
+        (SCALE, " 7999,5 ", 7999.5),
+        (CONTROL, "0,030", 0.03),
+        (CONTROL, "1.250", 1.25),
+    ],
+)
+def test_an_answer_is_understood_as_it_is_meant(question, text, value):
+    assert drop_pages._value(question, text) == value
+
+
+@pytest.mark.parametrize(
+    ("question", "text"),
+    [(SCALE, "8"), (SCALE, "8.000.000"), (SCALE, "inf"), (SCALE, "1_000")]
+    + [(CONTROL, text) for text in ("inf", "nan", "0", "-1", "30", "3 cm", "")],
+)
+def test_an_answer_that_a_block_would_refuse_is_refused(question, text):
+    required = Question(question.section, question.key, "", question.text)
+    with pytest.raises(SettingsError, match="is no answer to") as caught:
+        drop_pages._value(required, text)
+    with written_in("de"):
+        said = told(caught.value)
+    assert "Nenner" in said if question is SCALE else "höchstens 10 Meter" in said
 
 
 def test_an_upload_of_2_gb_is_refused_before_it_is_read(visit, root):

@@ -100,6 +100,51 @@ def test_a_run_that_is_ended_leaves_nothing(visit, root, small_block, runs_wait)
     assert sorted(root.rglob("*")) == before
 
 
+@pytest.fixture
+def start(monkeypatch, root):
+    """Start a run of a module beside this one, without a page; its state at its end."""
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    started = runs.Runs()
+
+    def state_at_end(module):
+        monkeypatch.setattr(runs, "MODULE", module)
+        question = {"kind": "densify", "output": str(root / "out"), "language": "en"}
+        run = started.start(question, "block", {})
+        run._reader.join(60.0)
+        return run
+
+    state_at_end.runs = started
+    return state_at_end
+
+
+def test_a_run_that_is_killed_while_it_answers_has_ended(start):
+    run = start("cut_run")
+    assert (run.state, run.fraction) == ("failed", 0.5)
+    assert "signal 9" in run.problems[0]
+
+
+def test_a_run_that_ends_before_it_is_asked_has_failed(start, monkeypatch):
+    started = runs._started
+
+    def ended():
+        process = started()
+        process.wait(60.0)
+        return process
+
+    monkeypatch.setattr(runs, "_started", ended)
+    run = start("no_such_module")
+    assert run.state == "failed"
+    assert "exit status 1" in run.problems[0]
+
+
+def test_the_oldest_runs_that_have_ended_are_forgotten(start, monkeypatch):
+    monkeypatch.setattr(runs, "MOST_KEPT", 2)
+    for _ in range(3):
+        start("no_such_module")
+    assert list(start.runs.all) == [2, 3]
+    assert start.runs.get(3).number == 3
+
+
 def test_a_run_whose_server_was_killed_ends_without_a_word(root, small_block):
     """It is nobody's any more: no answer is read, and no line of input comes."""
     question = {"kind": "densify", "block": str(small_block.path), "given": {}}

@@ -68,6 +68,16 @@ const drive = async () => {
   found.cards = document.querySelectorAll("table.cards").length;
   const cell = document.querySelector("#all-points tbody td");
   found.named = [cell.dataset.title, tables.points.columns[1].title];
+  const known = () => rows("table[data-table=known]"), [byNumber] = document.querySelectorAll("table[data-table=known] .sort");
+  const numbers = () => { byNumber.click(); return known().map((one) => one.cells[0].textContent); };
+  found.numbers = [numbers(), numbers(), tables.known.n];
+  const enter = (one) => { one.focus(); one.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })); };
+  const held = (all) => { const name = all()[1].cells[1].textContent; enter(all()[1]); return [name, document.activeElement.cells?.[1].textContent, all()[1] === document.activeElement]; };
+  found.held = [held(known), held(() => rows("#all-points"))];
+  selection.clear();
+  const pager = [...document.querySelectorAll("#all-points .pager button")];
+  const turned = (k) => { pager[k].click(); return [tables.points.count.textContent, pager.map((one) => one.getAttribute("aria-disabled") === "true")]; };
+  found.turned = [turned(0), turned(1), turned(3), turned(2)];
   const print = (when) => { dispatchEvent(new Event(when)); return [rows("#all-points").length, map.view.width, document.querySelectorAll("#all-points button.sort").length]; };
   found.printed = [print("beforeprint"), print("afterprint")];
   const { low, width, n } = barsOf({ low: 0.0335, high: 0.0622 }, 0.00108);

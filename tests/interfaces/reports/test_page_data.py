@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.reports.html_report import page_data
 from einschalt.interfaces.reports.page_models import KEYS, footprints
-from einschalt.interfaces.reports.page_plots import plots
+from einschalt.interfaces.reports.page_plots import plots, sources_of_error
 from einschalt.interfaces.reports.page_points import MOST_SIGNS, evenly_chosen
 from einschalt.interfaces.reports.title_block import title_block
 from einschalt.pipeline.settings import Settings
@@ -110,6 +111,22 @@ def test_sources_add_up(good_result, given_approximations_result):
     assert classes.sum(axis=1).mean() == pytest.approx(total.mean(), rel=0.02)
     assert (np.diff(classes.sum(axis=1)) > 0.0).all()
     assert "sources" not in plots(given_approximations_result)
+
+
+def test_small_errors_have_sources_as_well(good_result):
+    columns = [
+        name for name in good_result.error_sources if name.startswith("standard_error_")
+    ]
+    table = good_result.error_sources.copy()
+    table[columns] /= 1000.0  # a tenth of a millimetre
+    small = SimpleNamespace(
+        block_error_sources=good_result.block_error_sources,
+        error_sources=table,
+        points=good_result.points,
+    )
+    expected = np.array(sources_of_error(good_result)["classes"]) / 1e6
+    shown = sources_of_error(small)["classes"]
+    np.testing.assert_allclose(shown, expected, rtol=1e-3)
 
 
 def test_residuals_of_a_gross_error_are_counted_at_the_end(good_result):

@@ -8,6 +8,7 @@ import base64
 import csv
 import hashlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -291,6 +292,29 @@ def test_bars_hold_as_many_of_the_errors_that_the_page_can_tell_apart(seen):
     assert high > 0.0622
 
 
+def test_numbers_of_known_points_are_sorted_both_ways(seen):
+    up, down, n = seen[0]["numbers"]
+    assert len(up) == len(down) == min(n, 10) > 1
+    assert up == [f"K{k + 1}" for k in range(len(up))]
+    assert down == [f"K{n - k}" for k in range(len(down))]
+
+
+def test_who_picks_a_row_by_keys_stays_on_it(seen):
+    for picked, name, is_same_place in seen[0]["held"]:
+        assert name == picked
+        assert is_same_place
+
+
+def test_pages_of_a_table_end_at_its_ends(seen, result):
+    first, before, last, after = seen[0]["turned"]
+    n = len(result.points)
+    assert first == before == [f"1–10 of {n} points", [True, True, False, False]]
+    start = (n - 1) // 10 * 10 + 1
+    assert last == after
+    assert last[0].startswith(f"{start}–{n} of {n} ")
+    assert last[1] == [False, False, True, True]
+
+
 def test_on_paper_every_row_of_a_short_table_is_printed(seen, result):
     (n_printed, width, n_buttons), (n_shown, wide, n_sorting) = seen[0]["printed"]
     assert n_printed == len(result.points) > n_shown == 10
@@ -315,6 +339,43 @@ def test_it_is_printed_on_the_paper_that_is_wanted(result):
     assert printed.startswith(b"%PDF")
     assert b"/MediaBox [0 0 612 792]" in printed
     assert 3 <= printed.count(b"/Type /Page\n") <= 12
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the browser is a shell script")
+@pytest.mark.parametrize(
+    ("text", "then"),
+    [
+        ("%PDF-1.4 half", "exit 0"),
+        ("%PDF-1.4 %%EOF", "exit 3"),
+        ("%PDF-1.4 %%EOF", "exec sleep 60"),
+        (None, "exit 0"),
+    ],
+    ids=["cut_off", "failed", "too_slow", "nothing"],
+)
+def test_half_a_pdf_is_none(monkeypatch, tmp_path, text, then):
+    browser = a_browser(tmp_path / "chromium", text, then)
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: str(browser))
+    monkeypatch.setattr(pdf_printer, "SECONDS", 1.0)
+    with pytest.raises(SettingsError, match="printed no PDF"):
+        pdf_of("<p>")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the browser is a shell script")
+def test_a_whole_pdf_is_taken_as_it_is(monkeypatch, tmp_path):
+    browser = a_browser(tmp_path / "chromium", "%PDF-1.4 %%EOF\n", "exit 0")
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: str(browser))
+    assert pdf_of("<p>") == b"%PDF-1.4 %%EOF\n"
+
+
+def a_browser(path, text, then):
+    """A program that prints a text in the place of a PDF."""
+    path.with_suffix(".txt").write_text(text or "")
+    prints = 'cat "$0.txt" > "${one#*=}"' if text else ":"
+    lines = ["#!/bin/sh", 'for one in "$@"; do case "$one" in']
+    lines += [f"--print-to-pdf=*) {prints} ;; esac; done", then]
+    path.write_text("\n".join(lines))
+    path.chmod(0o700)
+    return path
 
 
 def test_without_a_browser_it_is_said_what_to_do(monkeypatch):

@@ -22,6 +22,7 @@ from einschalt.foundations.system_errors import reason_of
 # place: a digest of the computer's name, since process numbers mean nothing elsewhere
 LEFTOVER = re.compile(r"^\.einschalt-(?P<place>[0-9a-f]{6})-(?P<pid>\d+)-[0-9a-f]{8}-")
 OLD_SECONDS = 24 * 3600
+SESSION = "session"  # what ends so is in use as long as its process runs
 REMEDIES = {
     errno.ENOSPC: "Free some space, or choose another folder",
     errno.EDQUOT: "Free some space, or choose another folder",
@@ -103,7 +104,8 @@ def remove_leftovers(folder):
     """Remove hidden files and folders of runs that were killed.
 
     One goes only if it bears our pattern and its process is gone; where that cannot be
-    known (another computer, Windows), only after a day.
+    known (another computer, Windows), only after a day. After a day another process may
+    have its number, so that it goes too, but for sessions, which may last longer.
     """
     with os.scandir(folder) as entries:
         names = [entry.name for entry in entries if LEFTOVER.match(entry.name)]
@@ -125,7 +127,10 @@ def _is_abandoned(leftover):
     if os.name == "posix" and match["place"] == _place():
         if int(match["pid"]) == os.getpid():  # whatever the clock says
             return False
-        return not _is_running(int(match["pid"])) or _is_old(leftover)
+        if _is_running(int(match["pid"])):
+            is_lasting = leftover.name[match.end() :] == SESSION
+            return _is_old(leftover) and not is_lasting
+        return True
     return _is_old(leftover)
 
 

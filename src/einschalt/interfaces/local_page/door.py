@@ -12,6 +12,8 @@ from starlette.responses import PlainTextResponse
 from einschalt.foundations.language import translated
 from einschalt.interfaces.local_page import words
 
+NAMES = ("127.0.0.1", "localhost", "[::1]")
+USUAL_PORT = 80  # browsers leave it out
 LOOPBACK = ("127.0.0.1", "::1")
 MOST_AT_ONCE = 64  # requests that are being answered
 KEY = "key"  # of the address with which a session begins
@@ -91,7 +93,8 @@ class Door:
         return _refused(403, words.NO_KEY)
 
     def _hosts(self):
-        return {f"{name}:{self.port}" for name in ("127.0.0.1", "localhost", "[::1]")}
+        hosts = {f"{name}:{self.port}" for name in NAMES}
+        return hosts | {*NAMES} if self.port == USUAL_PORT else hosts
 
     def _is_known(self, scope, headers):
         if scope["path"] == "/" and scope["method"] == "GET":

@@ -1,5 +1,7 @@
 """Files that are dropped into the page, and the block that is made of tables."""
 
+import re
+from math import nan
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -10,6 +12,7 @@ from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.told_errors import told
+from einschalt.foundations.value_ranges import Range
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.understood_tables import Said
@@ -26,8 +29,11 @@ from einschalt.interfaces.local_page.session import Place
 from einschalt.interfaces.new_block.block_text import block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.pipeline.block.facts import RANGES
 
 SAID = ("crs", "easting", "northing", "decimal")
+GROUPED = re.compile(r"\d{1,3}(?:[., \xa0\u2009\u202f'\u2019]\d{3})+")
+CONTROL_ERRORS = Range(0.0, 10.0), "a number above 0, at most 10 metres"
 ANSWERED, ASSUMED = "as you say", "assumed, since no file tells: correct it"
 
 
@@ -156,11 +162,23 @@ def _value(question, text):
     if question.key == "crs":
         read_crs(text)
         return text
-    plain = text.replace(",", ".")
-    if not is_number(plain) or not float(plain) > 0.0:
+    value = _number(question.key, text.strip())
+    allowed, expected = CONTROL_ERRORS
+    if question.key in RANGES:
+        allowed = RANGES[question.key]
+        expected = str(allowed)
+    if value not in allowed or not value > 0.0:
         raise SettingsError(
             f"{text!r} is no answer to: {question.text}",
-            expected="a number above 0",
+            expected=expected,
             remedy="Go back, and correct it",
         )
-    return float(plain)
+    return value
+
+
+def _number(key, text):
+    """A number with a decimal point or comma; NaN for what is none."""
+    if key == "scale_number" and GROUPED.fullmatch(text):  # 10.000 means 1:10 000
+        return float(re.sub(r"\D", "", text))
+    plain = text.replace(",", ".")
+    return float(plain) if is_number(plain) else nan

@@ -1,5 +1,6 @@
 """Runs that the page has started, each in a process of its own."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -45,7 +46,8 @@ class Run:
         self._output = Path(question["output"])
         self._made = _missing_folders(self._output)
         self._process = _started()
-        self._send(question)
+        with suppress(OSError):  # it has ended already: its reader tells how
+            self._send(question)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -89,20 +91,29 @@ class Run:
     def _read(self):
         """Follow what the process says, until it ends."""
         end = None
-        for line in self._process.stdout:
-            answer = json.loads(line)
-            if "row" in answer:
-                self.rows[answer["row"]["block"]] = answer["row"]
-            if "stage" in answer and not self.is_cancelled:
-                self.stage = answer["stage"]
-            self.fraction = answer.get("fraction", self.fraction)
-            self.problems = answer.get("problems", self.problems)
-            end = answer.get("end", end)
-        code = self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
+        try:
+            for line in self._process.stdout:
+                end = self._take(line) or end
+        finally:
+            self._process.stdout.close()
+            code = self._process.wait()
             with suppress(OSError):
-                stream.close()
-        self._close(end, code)
+                self._process.stdin.close()
+            self._close(end, code)
+
+    def _take(self, line):
+        """Take an answer of the process; how it ends, where it says so."""
+        try:
+            answer = json.loads(line)
+        except ValueError:  # cut off, since the process was killed while it wrote
+            return None
+        if "row" in answer:
+            self.rows[answer["row"]["block"]] = answer["row"]
+        if "stage" in answer and not self.is_cancelled:
+            self.stage = answer["stage"]
+        self.fraction = answer.get("fraction", self.fraction)
+        self.problems = answer.get("problems", self.problems)
+        return answer.get("end")
 
     def _close(self, end, code):
         if end is None and self.is_cancelled:
@@ -111,13 +122,15 @@ class Run:
             end = "failed"
             with written_in(self.question["language"]):
                 self.problems = [translated(words.ENDED, how=_how(code))]
-        if end != "done":
-            self._tidy()
         is_batch = self.question["kind"] == "batch"
         is_cut = end == "cancelled" and is_batch
         self.stage = "batch cancelled" if is_cut else end
         self.fraction = 1.0 if end == "done" else self.fraction
-        self.state = end  # last: whoever sees it finds the rest
+        try:
+            if end != "done":
+                self._tidy()
+        finally:
+            self.state = end  # last: whoever sees it finds the rest
 
     def _tidy(self):
         """Remove what a process that was ended may have left: never a whole file."""
@@ -134,21 +147,29 @@ class Runs:
 
     def __init__(self):
         self.all = {}
+        self._numbers = itertools.count(1)
         self._is_starting = threading.Lock()
 
     def start(self, question, title, links) -> Run:
-        """Start a run; BusyError where as many run as may."""
+        """Start a run; BusyError where as many run as may.
+
+        Of those that have ended the oldest are forgotten.
+        """
         with self._is_starting:
             running = [run for run in self.all.values() if run.state == "running"]
-            if len(running) >= MOST_AT_ONCE or len(self.all) >= MOST_KEPT:
+            if len(running) >= MOST_AT_ONCE:
                 raise BusyError(
                     f"{len(running)} runs are being computed",
                     expected=f"at most {MOST_AT_ONCE} at once",
                     remedy="Wait until one has ended, or cancel it",
                 )
-            number = len(self.all) + 1
-            self.all[number] = Run(number, question, title, links)
-            return self.all[number]
+            number = next(self._numbers)
+            started = Run(number, question, title, links)
+            ended = [one for one, run in self.all.items() if run.state != "running"]
+            for old in ended[: max(0, len(self.all) + 1 - MOST_KEPT)]:
+                del self.all[old]
+            self.all[number] = started
+            return started
 
     def get(self, number) -> Run:
         """The run of a number."""
@@ -159,9 +180,10 @@ class Runs:
 
     def end(self):
         """End all of them."""
-        for run in self.all.values():
+        all_runs = list(self.all.values())
+        for run in all_runs:
             run.cancel()
-        for run in self.all.values():
+        for run in all_runs:
             run.end()
 
 

@@ -15,7 +15,7 @@ from urllib.parse import urlencode
 
 from einschalt.foundations.display_names import printable
 from einschalt.interfaces.batch.block_task import inputs_of
-from einschalt.interfaces.files.atomic import hidden_name, remove_leftovers
+from einschalt.interfaces.files.atomic import SESSION, hidden_name, remove_leftovers
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.local_page.dropped_files import BYTES_PER_MB, Drops
 from einschalt.interfaces.local_page.rooted_paths import Root, kind_of
@@ -33,7 +33,7 @@ class Session:
         self.key = secrets.token_urlsafe(24)
         temporary = Path(tempfile.gettempdir())
         remove_leftovers(temporary)  # of sessions that were killed
-        self.folder = temporary / hidden_name("session")
+        self.folder = temporary / hidden_name(SESSION)
         self.folder.mkdir(mode=0o700)
         self.drops = Drops(self.folder, most_upload_mb * BYTES_PER_MB)
         self.runs = Runs()

@@ -13,7 +13,7 @@ from einschalt.interfaces.reports.title_block import system_text
 from einschalt.pipeline.summary.sections import known_points, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 from einschalt.pipeline.summary.verdict import verdict
-from einschalt.pipeline.summary.wording import flight_name
+from einschalt.pipeline.summary.wording import flight_name, transformation_name
 
 MOST_PROBLEMS = 3
 STYLE = "max-width: 50rem; line-height: 1.45"
@@ -86,7 +86,7 @@ def known_counts(block) -> list[str]:
 def _flight(name, flight):
     n_points = flight.model_table()["point_id"].nunique()
     counts = (flight.n_models, flight.n_coverages, n_points)
-    fit = flight.transformation.replace("_", " ")
+    fit = transformation_name(flight.transformation)
     m_g = f"{number(flight.m_g_um)} µm"
     texts = [scale(flight.scale_number), fit, *map(figure, counts), m_g]
     return (flight_name(name), *texts)

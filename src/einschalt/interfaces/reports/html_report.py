@@ -36,7 +36,7 @@ from einschalt.pipeline.summary.sections import flights, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 from einschalt.pipeline.summary.summary import sections
 from einschalt.pipeline.summary.verdict import verdict_on
-from einschalt.pipeline.summary.wording import short_flight_name
+from einschalt.pipeline.summary.wording import short_flight_name, transformation_name
 
 MOST_MODELS = 500
 WORST_MODELS = 100
@@ -257,7 +257,7 @@ def _models(result):
     m_0, s_0 = length_column(shown["m_0"]), length_column(shown["s_0"])
     columns = {
         **_names(shown),
-        translated("fit"): map(_words, shown["transformation"]),
+        translated("fit"): map(transformation_name, shown["transformation"]),
         translated("points"): map(_whole, shown["n_points"]),
         translated("redundancy"): map(_whole, shown["redundancy"]),
         f"m_0 [{m_0.unit}]": m_0.texts,

@@ -7,6 +7,7 @@ from einschalt.foundations.batches import segments_present
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.reports.packed_data import quantum_of
+from einschalt.pipeline.summary.wording import transformation_name
 
 KEYS = ["flight", "coverage", "model_id"]
 N_CORNERS = 8
@@ -21,7 +22,7 @@ def pack_models(packed, result):
         "names": packed.names(models["model_id"]),
         "flight": packed.codes(_flights(models)),
         "coverage": packed.codes(models["coverage"]),
-        "fit": packed.codes(models["transformation"].str.replace("_", " ")),
+        "fit": packed.codes(map(transformation_name, models["transformation"])),
         "points": packed.numbers(models["n_points"], 1.0),
         "redundancy": packed.numbers(models["redundancy"], 1.0),
         "usable": packed.numbers(models["is_usable"].astype(float), 1.0),

@@ -128,7 +128,7 @@ def sources_of_error(result):
         "codes": list(block["source"]),
         "names": [source_name(source) for source in block["source"]],
         "shares": _listed(block["share"], 6),  # rounded as in the table
-        "classes": [_listed(row, 9) for row in means],
+        "classes": [_significant(row, 4) for row in means],
     }
 
 
@@ -151,6 +151,14 @@ def residual_parallaxes(result):
     return (
         {**_distribution(values / rms), "scale": float(f"{rms:.4g}")} if rms else None
     )
+
+
+def _significant(values, digits):
+    """Numbers for JSON, each to its own digits: however small, it is not 0."""
+    listed = np.asarray(values, dtype=float).tolist()
+    return [
+        float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in listed
+    ]
 
 
 def _listed(values, decimals):

@@ -4,7 +4,6 @@ import os
 import shutil
 import subprocess
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 from einschalt.foundations.errors import SettingsError
@@ -40,17 +39,30 @@ def require_browser() -> str:
 def pdf_of(html) -> bytes:
     """Print a page into a PDF, on the paper that its style names."""
     browser = require_browser()
-    with tempfile.TemporaryDirectory(prefix="einschalt-") as folder:
+    # the browser may still be clearing its profile away
+    temporary = tempfile.TemporaryDirectory(
+        prefix="einschalt-", ignore_cleanup_errors=True
+    )
+    with temporary as folder:
         page, printed = Path(folder, "report.html"), Path(folder, "report.pdf")
         page.write_text(html, encoding="utf-8")
         command = [browser, *OPTIONS, f"--user-data-dir={folder}/profile"]
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             command.append("--no-sandbox")  # as root Chromium refuses to start in one
         command += [f"--print-to-pdf={printed}", page.as_uri()]
-        # what takes longer, or fails, has printed nothing
-        with suppress(subprocess.TimeoutExpired):
-            subprocess.run(command, capture_output=True, timeout=SECONDS, check=False)
-        if not printed.exists():
-            found = f"{browser} printed no PDF of the report"
-            raise SettingsError(found, remedy=REMEDY)
-        return printed.read_bytes()
+        data = printed.read_bytes() if _has_printed(command, printed) else b""
+    if not data.rstrip().endswith(b"%%EOF"):  # cut off, where the disk is full
+        found = f"{browser} printed no PDF of the report"
+        raise SettingsError(found, remedy=REMEDY)
+    return data
+
+
+def _has_printed(command, printed):
+    """Whether the browser has ended well, and in time."""
+    try:
+        done = subprocess.run(
+            command, capture_output=True, timeout=SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0 and printed.exists()

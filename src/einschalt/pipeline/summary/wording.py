@@ -2,7 +2,7 @@
 
 import math
 
-from einschalt.foundations.display_names import shortened
+from einschalt.foundations.display_names import printable, shortened
 from einschalt.foundations.language import figure, mark_each, translated
 from einschalt.foundations.typesetting import (
     fixed,
@@ -15,6 +15,14 @@ from einschalt.foundations.typesetting import (
 
 FLIGHTS = mark_each({"high_flight": "high flight", "low_flight": "low flight"})
 SHORT = mark_each({"high_flight": "high", "low_flight": "low"})
+TRANSFORMATIONS = mark_each(
+    {
+        "affine": "affine",
+        "helmert": "Helmert",
+        "rigid": "rigid",
+        "helmert_3d": "spatial Helmert",
+    }
+)
 LEAST_PROBABILITY = 0.001
 MOST_PROBABILITY = 0.99
 PPM = 1e6
@@ -29,6 +37,19 @@ def flight_name(flight) -> str:
     'low flight'
     """
     return translated(FLIGHTS.get(flight, flight.replace("_", " ")))
+
+
+def transformation_name(kind) -> str:
+    """Write the kind of a transformation as it stands in a table.
+
+    Examples
+    --------
+    >>> transformation_name("helmert_3d")
+    'spatial Helmert'
+    """
+    if kind in TRANSFORMATIONS:
+        return translated(TRANSFORMATIONS[kind])
+    return printable(kind).replace("_", " ")
 
 
 def some_of(ids, n_all, most=5) -> str:

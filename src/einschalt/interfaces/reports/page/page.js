@@ -24,7 +24,7 @@ function modelsOf(data) {
 /** Points with a number in the tables of points to look at. */
 function numberedPoints() {
   const found = [], seen = new Set();
-  for (const [name, mark] of [["known", "K"], ["spread", ""]]) {
+  for (const [name, mark] of [["known", KNOWN], ["spread", ""]]) {
     const rows = document.querySelectorAll(`table[data-table=${name}] tbody tr`);
     rows.forEach((row, k) => {
       const label = `${mark}${k + 1}`, i = Number(row.dataset.point);

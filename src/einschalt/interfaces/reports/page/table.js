@@ -2,6 +2,8 @@
 
 const PAGE_ROWS = 10;
 const MOST_ON_PAPER = 200; // rows
+const KNOWN = "K"; // before the number of a known point
+const KNOWN_NUMBER = new RegExp(`^${KNOWN}(\\d)`);
 
 // as in the CSV files beside the page: names that a spreadsheet would compute
 const SIGNS = "=+\\-@＝＋－＠";
@@ -38,7 +40,7 @@ class Table {
     this.pager = element("span", { class: "pager" },
       button("«", translated("First page"), () => this._turn(0)), button("‹", translated("Page before"), () => this._turn(this.first - this.rows)),
       button("›", translated("Next page"), () => this._turn(this.first + this.rows)),
-      button("»", translated("Last page"), () => this._turn(Math.floor((this.order.length - 1) / this.rows) * this.rows)));
+      button("»", translated("Last page"), () => this._turn(this._lastPage())));
     const csv = button("CSV", translated("Save {table} as CSV", { table: this.title }), () => this.save());
     const bar = element("div", { class: "table-bar" }, this.search, this.count, this.pager, csv);
     if (this.old) this._adopt(host, bar);
@@ -126,8 +128,12 @@ class Table {
     };
   }
 
+  _lastPage() {
+    return Math.max(Math.floor((this.order.length - 1) / this.rows) * this.rows, 0);
+  }
+
   _turn(first) {
-    this.first = Math.min(Math.max(first, 0), Math.max(this.order.length - 1, 0));
+    this.first = Math.min(Math.max(first, 0), this._lastPage());
     this.show();
   }
 
@@ -139,13 +145,20 @@ class Table {
   }
 
   show() {
-    const shown = this.order.subarray(this.first, this.first + this.rows);
+    const first = Math.min(this.first, this._lastPage()); // on paper all is one page
+    const shown = this.order.subarray(first, first + this.rows);
+    const held = this.shown && this.shown[[...this.body.rows].indexOf(document.activeElement)];
+    this.shown = shown;
     this.body.replaceChildren(...Array.from(shown, (i) => this._row(i)));
-    const all = this.order.length, last = this.first + shown.length;
+    // whoever goes by keys stays on the row
+    if (held !== undefined && shown.includes(held)) this.body.rows[shown.indexOf(held)].focus({ preventScroll: true });
+    const all = this.order.length, last = first + shown.length;
     const number = this.noun(all);
     this.count.textContent = all > shown.length
-      ? translated("{from}–{to} of {number}", { from: count(this.first + 1), to: count(last), number }) : number;
+      ? translated("{from}–{to} of {number}", { from: count(first + 1), to: count(last), number }) : number;
     this.pager.hidden = all <= this.rows;
+    // told, and not taken away: the key that turned the page stays where it is
+    [...this.pager.children].forEach((one, k) => one.setAttribute("aria-disabled", k < 2 ? first === 0 : last === all));
     fitRows(this.table);
   }
 
@@ -197,7 +210,7 @@ function adopted(table, selection) {
   const point = (i) => (rows[i].dataset.point === undefined ? -1 : Number(rows[i].dataset.point));
   const columns = [...table.tHead.rows[0].cells].map((head, c) => {
     const text = (i) => rows[i].cells[c].textContent;
-    return { title: head.textContent, isNumber: head.classList.contains("n"), text, value: (i) => parseFloat(plainFigure(text(i))) };
+    return { title: head.textContent, isNumber: head.classList.contains("n"), text, value: (i) => parseFloat(plainFigure(text(i).replace(KNOWN_NUMBER, "$1"))) };
   });
   const leads = rows.length > 0 && point(0) >= 0;
   return new Table(table, {
