@@ -181,6 +181,13 @@ def test_lists_stay_lists(text, meant):
     assert given == ["--spacing", meant]
 
 
+def test_options_that_take_no_list_offer_none(invoke, block_folder, tmp_path):
+    words = ("-o", tmp_path / "out", "--tolerance", "0,05")
+    shown = invoke("densify", block_folder, *words).stderr
+    assert "Write 0.05" in shown
+    assert "may be two numbers" not in shown
+
+
 @pytest.mark.parametrize("text", ["10,000", "1,500", "250,000m", "-1,250 km"])
 def test_thousands_that_may_be_decimals_are_refused(text, invoke):
     refused = invoke("plan", f"--width={text}")

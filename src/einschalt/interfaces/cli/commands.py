@@ -202,6 +202,10 @@ def told_call_errors(context):
         raise told from None
 
 
+# whether an option takes one number; others than these tell of commas themselves
+IS_ONE = {float: True, list[str]: False}
+
+
 class Command(TyperCommand):
     """A command whose numbers have units and decimal commas: ``--spacing 250,5m``."""
 
@@ -211,7 +215,7 @@ class Command(TyperCommand):
         """Parse the words, numbers as they are read and in the unit of their option."""
         options = {}
         for option in self.params:
-            is_one = option.type_descriptor.annotation is float
+            is_one = IS_ONE.get(option.type_descriptor.annotation)
             unit = unit_of(getattr(option, "help", None))
             if is_one or unit:
                 options |= dict.fromkeys(option.opts, (unit, is_one))

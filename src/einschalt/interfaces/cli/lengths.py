@@ -146,5 +146,6 @@ def with_numbers(words, options):
 
 
 def _as_number(text, unit, is_one):
-    text = with_decimal_points(text, is_one=is_one)
+    if is_one is not None:
+        text = with_decimal_points(text, is_one=is_one)
     return text if unit is None else in_unit(text, unit)
