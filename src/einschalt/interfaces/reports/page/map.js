@@ -19,7 +19,7 @@ const ON_PAPER = [660, 480]; // width and height, so that its letters are as lar
 
 class BlockMap {
   constructor(host, points, models, scale, selection, worst) {
-    Object.assign(this, { points, models, scale, selection, worst, hovered: -1, ratio: 1, frames: [] });
+    Object.assign(this, { points, models, scale, selection, worst, hovered: -1, ratio: 1 });
     this.extent = extentOf(points);
     this.view = new View(this.extent);
     this.grid = new PointGrid(points.east, points.north, this.extent);
@@ -103,7 +103,7 @@ class BlockMap {
   }
 
   drawNow() {
-    const began = performance.now(), { context, view } = this;
+    const { context, view } = this;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.fillStyle = palette().paper;
     context.fillRect(0, 0, view.width, view.height);
@@ -123,8 +123,6 @@ class BlockMap {
     drawChosen(context, this);
     this.labels();
     this._sayThinning();
-    this.frames.push(performance.now() - began);
-    if (this.frames.length > 200) this.frames.shift();
   }
 
   _radius() {
