@@ -35,6 +35,21 @@ class Segments:
         """Group of each sorted row, ndarray of int64, shape (n_rows,)."""
         return np.repeat(np.arange(len(self.start) - 1), self.count)
 
+    def rows_of(self, groups):
+        """Rows of some groups one after the other, and where those of each begin.
+
+        ``groups`` may stand several times; arrays of int64, shapes (n_rows,) and
+        (n_groups + 1,).
+
+        >>> rows, start = segments(np.array([1, 0, 1]), 2).rows_of([1, 0, 1])
+        >>> rows.tolist(), start.tolist()
+        ([0, 2, 1, 0, 2], [0, 2, 3, 5])
+        """
+        first, count = self.start[groups], self.count[groups]
+        start = np.concatenate([[0], np.cumsum(count)])
+        within = np.arange(start[-1]) - np.repeat(start[:-1], count)
+        return self.order[np.repeat(first, count) + within], start
+
 
 def segments(codes, n_groups) -> Segments:
     """Sort rows by their group code, 0 to ``n_groups - 1``, by counting.

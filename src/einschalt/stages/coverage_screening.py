@@ -139,7 +139,7 @@ def coverage_differences(means) -> CoverageDifferences:
         weight_sum = segment_sum(weights[by_group.order], by_group.start)
         weights = weights / weight_sum[group]
     by_point = segments(points.codes, len(points))
-    place, start = _values_of(several, of_point, by_point)
+    place, start = by_point.rows_of(of_point[several])
     row = np.repeat(several, np.diff(start))
     is_own = group[place] == row
     share, others = weights[place], n_groups[of_point[row]] - 1
@@ -161,14 +161,6 @@ def coverage_differences(means) -> CoverageDifferences:
     )
     rows = means.row_numbers[place]
     return CoverageDifferences(table, rows, start, shares)
-
-
-def _values_of(rows, of_point, by_point):
-    """All values of the points of the rows, and where those of each row begin."""
-    first, count = by_point.start[of_point[rows]], by_point.count[of_point[rows]]
-    start = np.concatenate([[0], np.cumsum(count)])
-    within = np.arange(start[-1]) - np.repeat(start[:-1], count)
-    return by_point.order[np.repeat(first, count) + within], start
 
 
 def _sums(coordinates, place, start, shares):

@@ -25,6 +25,7 @@ from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
 from einschalt.pipeline.settings import Settings
+from einschalt.stages.identical_points import ROW_NAMES
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.interior_orientation import Camera
 from einschalt.theory.measuring_error import m_g_of_mean
@@ -182,7 +183,7 @@ class Flight:
     def model_table(self) -> pd.DataFrame:
         """Which point lies in which model: coverage, model_id, point_id."""
         if not self.has_images:
-            return columns_of(self.model_points, ("coverage", "model_id", "point_id"))
+            return columns_of(self.model_points, ROW_NAMES)
         left = self.models.merge(
             self.image_points, left_on="left_image", right_on="image_id"
         )

@@ -146,10 +146,9 @@ def _variants(points, parts, model, pairs):
 
     ``parts`` are the rows of each model; model_id is the number of the trial.
     """
-    count = parts.count[model]
-    trial = np.repeat(np.arange(len(model)), count)
-    within = np.arange(len(trial)) - (np.cumsum(count) - count)[trial]
-    variants = points.take(parts.order[parts.start[model][trial] + within])
+    rows, start = parts.rows_of(model)
+    trial = np.repeat(np.arange(len(model)), np.diff(start))
+    variants = points.take(rows)
     names = variants["point_id"].to_numpy(dtype=object)
     one, other = pairs[trial].T
     exchanged = np.where(names == one, other, np.where(names == other, one, names))
