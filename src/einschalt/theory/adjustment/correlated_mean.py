@@ -18,11 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
+
 # of the mean variance: differences with less do not tell anything
 LEAST_VARIANCE = 1e-10
 # of the largest variance: what is not known counts for nothing beside what is
 UNKNOWN_VARIANCE = 1e4
-NUMBERS_AT_ONCE = 2_000_000
 
 
 def best_shares(covariance):
@@ -41,32 +43,11 @@ def best_shares(covariance):
         unit matrix. Of values that share all errors they are alike.
     """
     n_points, k, _, d, _ = covariance.shape
-    if k == 1:
-        return np.tile(np.eye(d), (n_points, 1, 1, 1))
-    matrix = covariance.transpose(0, 1, 3, 2, 4).reshape(n_points, k * d, k * d)
-    matrix = _with_known_variances(matrix)
-    even = np.tile(np.eye(d), (k, 1)) / k
-    common = even @ np.tile(np.eye(d), (1, k))
-    away = np.eye(k * d) - common
-    of_differences = away @ matrix @ away
-    size = np.trace(matrix, axis1=1, axis2=2) / (k * d)
-    size = np.where(size > 0.0, size, 1.0)[:, None, None]
-    regular = of_differences + size * (common + LEAST_VARIANCE * np.eye(k * d))
-    predicted = away @ np.linalg.solve(regular, away @ matrix @ even)
-    return (even - predicted).reshape(n_points, k, d, d).swapaxes(2, 3)
-
-
-def _with_known_variances(matrix):
-    """Put a large variance in the place of those that are not known."""
-    variance = np.diagonal(matrix, axis1=1, axis2=2)
-    is_known = np.isfinite(variance)
-    if is_known.all():
-        return matrix
-    largest = np.max(np.where(is_known, variance, 0.0), axis=1, keepdims=True)
-    unknown = UNKNOWN_VARIANCE * np.where(largest > 0.0, largest, 1.0)
-    is_pair = is_known[:, :, None] & is_known[:, None, :]
-    large = np.where(is_known, 0.0, unknown)[:, :, None] * np.eye(matrix.shape[1])
-    return np.where(is_pair, matrix, large)
+    later, earlier = np.tril_indices(k)
+    blocks = covariance[:, later, earlier].reshape(-1, d, d)
+    start = k * np.arange(n_points + 1)
+    shares = JointCovariance(blocks, start).shares(np.arange(start[-1]), start)
+    return shares.reshape(n_points, k, d, d)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,35 +58,137 @@ class JointCovariance:
     # (n_points + 1,): first value of each point, values sorted by point
     start: np.ndarray
 
-    def among(self, values):
-        """Covariances between k values of each of some points [m²].
-
-        ``values`` (n_groups, k) are places among the sorted values, a row for each
-        point. Of the shape (n_groups, k, k, d, d).
-        """
-        within = _places_within(self.start)
-        first_pair = np.cumsum(within + 1) - (within + 1)
-        row, column = values[:, :, None], values[:, None, :]
-        later, earlier = np.maximum(row, column), np.minimum(row, column)
-        found = self.blocks[first_pair[later] + within[earlier]]
-        is_turned = (row < column)[..., None, None]
-        return np.where(is_turned, found.swapaxes(-1, -2), found)
-
     def shares(self, order, start):
         """Shares of values in the mean of each group of them, (n, d, d).
 
         ``order`` (n,) has places among the sorted values, group after group; those of a
         group belong to one point.
         """
-        d, count = self.blocks.shape[-1], np.diff(start)
-        found = np.empty((len(order), d, d))
-        for k in np.unique(count):
-            groups = np.flatnonzero(count == k)
-            n_parts = max(1, len(groups) * (k * d) ** 2 // NUMBERS_AT_ONCE)
-            for part in np.array_split(groups, n_parts):
-                places = start[part][:, None] + np.arange(k)
-                found[places] = best_shares(self.among(order[places]))
+        within = _places_within(self.start)
+        found = np.empty((len(order), *self.blocks.shape[1:]))
+        over_segments(
+            _share_out,
+            np.ascontiguousarray(start, dtype=np.int64),
+            np.ascontiguousarray(order, dtype=np.int64),
+            within,
+            np.cumsum(within + 1) - (within + 1),
+            np.ascontiguousarray(self.blocks, dtype=float),
+            found,
+        )
         return found
+
+
+@compiled
+def _share_out(first, last, start, order, within, first_pair, blocks, shares):
+    d, most = blocks.shape[1], 1
+    for group in range(first, last):
+        most = max(most, start[group + 1] - start[group])
+    joint = np.empty((most * d, most * d))
+    for group in range(first, last):
+        values = order[start[group] : start[group + 1]]
+        _fill_joint(joint, values, within, first_pair, blocks)
+        _share(joint, len(values), shares[start[group] : start[group + 1]])
+
+
+@compiled
+def _fill_joint(joint, values, within, first_pair, blocks):
+    """Covariance of some values of one point; large where it is not known."""
+    k, d = len(values), blocks.shape[1]
+    largest = 0.0
+    for i in range(k):
+        for j in range(k):
+            later, earlier = max(values[i], values[j]), min(values[i], values[j])
+            block = blocks[first_pair[later] + within[earlier]]
+            is_turned = values[i] < values[j]
+            for a in range(d):
+                for b in range(d):
+                    entry = block[b, a] if is_turned else block[a, b]
+                    joint[i * d + a, j * d + b] = entry
+        for a in range(d):
+            variance = joint[i * d + a, i * d + a]
+            if np.isfinite(variance):
+                largest = max(largest, variance)
+    unknown = UNKNOWN_VARIANCE * (largest if largest > 0.0 else 1.0)
+    for row in range(k * d):
+        if not np.isfinite(joint[row, row]):
+            joint[row, : k * d] = 0.0
+            joint[: k * d, row] = 0.0
+            joint[row, row] = unknown
+
+
+@compiled
+def _share(joint, k, shares):
+    """Plain mean, less what the contrasts of the values tell of its error.
+
+    Orthonormal contrasts (Helmert's): value j against the mean of those before it.
+    """
+    d = shares.shape[1]
+    size = k * d
+    scale = np.trace(joint[:size, :size]) / size
+    least = LEAST_VARIANCE * (scale if scale > 0.0 else 1.0)
+    for column in range(size):
+        _to_contrasts(joint[:size, column], k, d)
+    for row in range(size):
+        _to_contrasts(joint[row, :size], k, d)
+    for row in range(d, size):
+        joint[row, row] += least
+    _eliminate(joint, d, size)
+    for b in range(d):
+        _from_contrasts(joint[:size, b], k, d)
+        for i in range(k):
+            for a in range(d):
+                even = 1.0 / k if a == b else 0.0
+                shares[i, b, a] = even - joint[i * d + a, b] / np.sqrt(k)
+
+
+@compiled
+def _to_contrasts(numbers, k, d):
+    for a in range(d):
+        total = numbers[a]
+        for j in range(1, k):
+            own = numbers[j * d + a]
+            numbers[j * d + a] = (total - j * own) / np.sqrt(j * (j + 1.0))
+            total += own
+        numbers[a] = total / np.sqrt(k)
+
+
+@compiled
+def _from_contrasts(numbers, k, d):
+    """From contrasts to values whose sum is 0."""
+    for a in range(d):
+        later = 0.0
+        for j in range(k - 1, 0, -1):
+            own = numbers[j * d + a] / np.sqrt(j * (j + 1.0))
+            numbers[j * d + a] = later - j * own
+            later += own
+        numbers[a] = later
+
+
+@compiled
+def _eliminate(matrix, d, size):
+    """Solve for the first d columns, from row d on, with the largest pivots."""
+    for p in range(d, size):
+        best = p
+        for row in range(p + 1, size):
+            if abs(matrix[row, p]) > abs(matrix[best, p]):
+                best = row
+        if best != p:
+            for column in range(size):
+                kept = matrix[p, column]
+                matrix[p, column] = matrix[best, column]
+                matrix[best, column] = kept
+        for row in range(p + 1, size):
+            factor = matrix[row, p] / matrix[p, p]
+            for column in range(p + 1, size):
+                matrix[row, column] -= factor * matrix[p, column]
+            for column in range(d):
+                matrix[row, column] -= factor * matrix[p, column]
+    for p in range(size - 1, d - 1, -1):
+        for column in range(d):
+            total = matrix[p, column]
+            for other in range(p + 1, size):
+                total -= matrix[p, other] * matrix[other, column]
+            matrix[p, column] = total / matrix[p, p]
 
 
 def pairs_of_values(start):
