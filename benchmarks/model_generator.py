@@ -21,6 +21,11 @@ class Models:
         """Number of models."""
         return len(self.start) - 1
 
+    @property
+    def counts(self):
+        """Points of each model."""
+        return np.diff(self.start)
+
     def one_by_one(self, n_models):
         """Observations of the first models, one model at a time."""
         for k in range(n_models):

@@ -6,10 +6,9 @@ is compared with plain Monte Carlo in tests/truth.
 
 import tracemalloc
 from statistics import median
-from time import perf_counter
 
 import einschalt as es
-from benchmarks.racing import ROUNDS, Outcome, report
+from benchmarks.racing import ROUNDS, Outcome, at_most, ratio_of, report, seconds_of
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import (
@@ -30,19 +29,15 @@ def run():
 
     Returns
     -------
-    bool
-        Whether it is quick and small enough.
+    list of Race
     """
     block = es.simulate_block("neukirchen", seed=1)
     outcomes = []
     for mode in MODES:
         outcomes += _judge(block, mode, _propagated)
     outcomes += _judge(block, "all", _with_weights)
-    return report(
-        f"Propagation of {len(block.truth)} points against the fits of both flights "
-        f"({ROUNDS} rounds)",
-        outcomes,
-    )
+    title = f"Propagation of {len(block.truth)} points against the fits of both flights"
+    return [report(f"{title} ({ROUNDS} rounds)", outcomes)]
 
 
 def _judge(block, mode, work):
@@ -55,9 +50,9 @@ def _judge(block, mode, work):
     fits, propagated = [], []
     work(block, high, low, means)
     for _ in range(ROUNDS):
-        fits.append(_seconds(lambda: _fits(block, mode)))
-        propagated.append(_seconds(lambda: work(block, high, low, means)))
-    ratio = median(p / f for p, f in zip(propagated, fits, strict=True))
+        fits.append(seconds_of(lambda: _fits(block, mode)))
+        propagated.append(seconds_of(lambda: work(block, high, low, means)))
+    ratio = ratio_of(propagated, fits)
     tracemalloc.start()
     work(block, high, low, means)
     gigabytes = tracemalloc.get_traced_memory()[1] / 1e9
@@ -67,15 +62,13 @@ def _judge(block, mode, work):
             f"{title}: time, ratio to the fits",
             f"{1e3 * median(propagated):.1f} ms",
             ratio,
-            f"<= {LARGEST_RATIO:g}",
-            ratio <= LARGEST_RATIO,
+            at_most(LARGEST_RATIO),
         ),
         Outcome(
             f"{title}: most memory [GB]",
             f"{1e3 * gigabytes:.0f} MB",
             gigabytes,
-            f"<= {LARGEST_MEMORY:g}",
-            gigabytes <= LARGEST_MEMORY,
+            at_most(LARGEST_MEMORY),
         ),
     ]
 
@@ -109,9 +102,3 @@ def _fits(block, mode):
         block.high_flight.model_points, block.control_points, coverage_mean=mode
     )
     return high, es.transform_models(block.low_flight.model_points, high.points)
-
-
-def _seconds(work):
-    begin = perf_counter()
-    work()
-    return perf_counter() - begin

@@ -2,7 +2,8 @@
 
 ``transform_models`` against a merge and ``numpy.linalg.lstsq`` in ``groupby.apply``,
 both for parameters, covariance, s_0, and a table of residuals with leverages. The peer
-takes a part of the models; what it takes for one hardly depends on how many.
+takes a part of the models; what it takes for one hardly depends on how many. A join of
+the same tables, without any computation, shows what finding points by name takes.
 """
 
 import numpy as np
@@ -10,42 +11,56 @@ import pandas as pd
 
 import einschalt as es
 from benchmarks.model_generator import generate
-from benchmarks.racing import Contender, one_core, race
+from benchmarks.racing import Contender, at_least, one_core, peer, race
 
 N_MODELS, N_LOOP = 20_000, 1000
 GROUND_PER_ROW = 0.45  # a ground point lies in somewhat more than two models
 
 
 def run():
-    """Run the race.
+    """Race a loop over models, and a join.
 
     Returns
     -------
-    bool
-        Whether every floor is kept.
+    list of Race
     """
     model, ground = _tables(N_MODELS)
     few, few_ground = _tables(N_LOOP)
     fit = es.transform_models(few, few_ground)
     _assert_same(fit, _by_pandas(few, few_ground))
+    by_pandas = Contender(
+        "pandas merge, groupby.apply(lstsq)",
+        lambda: _by_pandas(few, few_ground),
+        N_LOOP,
+        at_least(45, 60),
+    )
+    title = f"Table to table, affine of {N_MODELS} models, {len(model)} rows"
     with one_core():
-        return race(
-            f"Table to table, affine of {N_MODELS} models, {len(model)} rows",
-            "model",
-            Contender(
-                "einschalt.transform_models, one core",
-                lambda: es.transform_models(model, ground),
-                N_MODELS,
-            ),
-            [
-                Contender(
-                    "pandas merge, groupby.apply(lstsq)",
-                    lambda: _by_pandas(few, few_ground),
-                    N_LOOP,
-                    floor=45,  # 60 to 80 where nothing else runs
-                )
-            ],
-        )
+        races = [race(title, "model", _ours(model, ground, "one core"), [by_pandas])]
+    joins = _joins(model, ground)
+    return [*races, race(title, "model", _ours(model, ground, "all cores"), joins)]
+
+
+def _ours(model, ground, name):
+    def run():
+        return es.transform_models(model, ground)
+
+    return Contender(f"einschalt.transform_models, {name}", run, N_MODELS)
+
+
+def _joins(model, ground):
+    polars = peer("polars")
+    if polars is None:
+        return []
+    tables = [polars.from_pandas(table) for table in (model, ground)]
+
+    def join():
+        return tables[0].join(tables[1], on="point_id", maintain_order="left")
+
+    assert join().height == len(model)
+    return [
+        Contender("polars join alone, all cores", join, N_MODELS, at_least(0.2, 0.5))
+    ]
 
 
 def _tables(n_models):

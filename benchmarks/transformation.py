@@ -1,7 +1,8 @@
 """Affine and helmert of 100 000 models with everything that belongs to them.
 
-Full means parameters, covariance, residuals, m_0 and leverages. The peers take a few
-hundred models: their time for one does not depend on how many there are.
+Full means parameters, covariance, residuals, m_0 and leverages; tested, the studentized
+residual of every point as well, and the probability of the external one. The peers take
+a few hundred models: their time for one does not depend on how many there are.
 """
 
 import numpy as np
@@ -9,61 +10,149 @@ import statsmodels.api as sm
 from skimage.transform import AffineTransform, SimilarityTransform
 
 from benchmarks.model_generator import generate
-from benchmarks.racing import Contender, one_core, race
+from benchmarks.racing import (
+    Contender,
+    Outcome,
+    at_least,
+    at_most,
+    exponent,
+    in_unit,
+    one_core,
+    peer,
+    race,
+    report,
+    seconds_of,
+)
 from einschalt.theory.transformation import affine, helmert
+from einschalt.theory.transformation.point_tests import CommonPoints, fitted_point_tests
 
 N_MODELS = 100_000
-N_LOOP, N_SKIMAGE, N_STATSMODELS = 1000, 500, 200
+N_LOOP, N_SKIMAGE, N_STATSMODELS, N_REFITTED = 1000, 500, 200, 10
+SIZES = (1_000, 10_000, 100_000, 1_000_000)
+MOST_EXPONENT = 1.1
 OURS = {
     # easting and northing share one 3 × 3 matrix
     "affine": (affine.fit_affine, affine.affine_axis_cofactors),
     "helmert": (helmert.fit_helmert, helmert.helmert_cofactors),
 }
 SKIMAGE = {"affine": AffineTransform, "helmert": SimilarityTransform}
+OPENCV = {"affine": "estimateAffine2D", "helmert": "estimateAffinePartial2D"}
+# read: x, y, E, N, weight; written: residuals and leverages of both coordinates
+BYTES_OF_POINT, BYTES_OF_MODEL = 9 * 8, 13 * 8
 
 
 def run():
-    """Run the race of each kind.
+    """Race each kind, the tests of points, and see how time grows.
 
     Returns
     -------
-    bool
-        Whether every floor is kept.
+    list of Race
     """
     models = generate(N_MODELS)
-    kept = []
+    races = []
     for kind in OURS:
         _assert_same(kind, models)
-        ours = Contender(
-            "einschalt, one core, full", lambda k=kind: _ours(k, models), N_MODELS
-        )
-        peers = [
-            Contender(
-                "numpy lstsq loop, full",
-                lambda k=kind: _each(_by_lstsq, k, models, N_LOOP),
-                N_LOOP,
-                floor=30,
-            ),
-            Contender(
-                "statsmodels OLS with influence, full",
-                lambda k=kind: _each(_by_statsmodels, k, models, N_STATSMODELS),
-                N_STATSMODELS,
-                floor=300,
-            ),
-            Contender(
-                f"skimage {SKIMAGE[kind].__name__}, parameters only",
-                lambda k=kind: _each(_by_skimage, k, models, N_SKIMAGE),
-                N_SKIMAGE,
-                floor=80,
-            ),
-        ]
         with one_core():
-            kept.append(race(f"Transformation, {kind}", "model", ours, peers))
-        everywhere = Contender(
-            "einschalt, all cores, full", lambda k=kind: _ours(k, models), N_MODELS
+            races += [_fits(kind, models), _tests(kind, models)]
+        everywhere = _contender("all cores, full", kind, models)
+        races.append(race(f"Transformation, {kind}", "model", everywhere, []))
+    with one_core():
+        return [*races, _growth()]
+
+
+def _contender(name, kind, models):
+    def full():
+        return _ours(kind, models)
+
+    return Contender(f"einschalt, {name}", full, models.n_models)
+
+
+def _peer(name, solve, kind, models, n_models, bound):
+    def each():
+        return _each(solve, kind, models, n_models)
+
+    return Contender(name, each, n_models, bound)
+
+
+def _fits(kind, models):
+    given = kind, models
+    peers = [
+        _peer("numpy lstsq loop, full", _by_lstsq, *given, N_LOOP, at_least(60, 100)),
+        _peer(
+            "statsmodels OLS with influence, full",
+            _by_statsmodels,
+            *given,
+            N_STATSMODELS,
+            at_least(300),
+        ),
+        _peer(
+            f"skimage {SKIMAGE[kind].__name__}, parameters only",
+            _by_skimage,
+            *given,
+            N_SKIMAGE,
+            at_least(80),
+        ),
+    ]
+    opencv = peer("cv2")
+    if opencv:
+        solve = getattr(opencv, OPENCV[kind])
+        by_opencv = lambda _, xy, en, __: solve(xy, en - en.mean(axis=0))  # noqa: E731
+        name = f"OpenCV {OPENCV[kind]} (RANSAC), parameters only"
+        peers.append(_peer(name, by_opencv, *given, N_LOOP, at_least(40, 60)))
+    n_bytes = len(models.xy) * BYTES_OF_POINT + models.n_models * BYTES_OF_MODEL
+    ours = _contender("one core, full", *given)
+    return race(f"Transformation, {kind}", "model", ours, peers, n_bytes=n_bytes)
+
+
+def _tests(kind, models):
+    """Every point tested: what statsmodels fits anew for each."""
+    _assert_same_tests(kind, models)
+    given = kind, models
+    return race(
+        f"Transformation with a test of every point, {kind}",
+        "model",
+        Contender(
+            "einschalt, one core, full and tested",
+            lambda: _tested(*given),
+            models.n_models,
+        ),
+        [
+            _peer(
+                "statsmodels OLS, internally studentized residuals",
+                _by_internal_residuals,
+                *given,
+                N_STATSMODELS,
+                at_least(200, 1000),
+            ),
+            _peer(
+                "statsmodels OLS, outlier_test",
+                _by_outlier_test,
+                *given,
+                N_REFITTED,
+                at_least(4_000, 10_000),
+            ),
+        ],
+        rounds=3,
+    )
+
+
+def _growth():
+    seconds = {}
+    for size in SIZES:
+        models = generate(size)
+        _ours("affine", models)
+        seconds[size] = seconds_of(lambda m=models: _ours("affine", m))
+    first, *others = SIZES
+    rows = [
+        Outcome(
+            f"{size} models",
+            in_unit(seconds[size]),
+            exponent((seconds[first], seconds[size]), (first, size)),
+            at_most(MOST_EXPONENT) if size == SIZES[-1] else None,
         )
-        race(f"Transformation, {kind}", "model", everywhere, [])
-    return all(kept)
+        for size in others
+    ]
+    return report("Transformation, affine, one core: exponent of time", rows, seconds)
 
 
 def _ours(kind, models):
@@ -118,6 +207,39 @@ def _by_statsmodels(kind, xy, en, weights):
 
 def _by_skimage(kind, xy, en, _weights):
     return SKIMAGE[kind].from_estimate(xy, en).params
+
+
+def _tested(kind, models):
+    fit, covariance, m_0 = _ours(kind, models)
+    points = CommonPoints(models.xy, models.en, models.weights, models.start)
+    spread = np.sqrt((1.0 - fit.leverage) / models.weights[:, None])
+    studentized = fit.residuals / (np.repeat(fit.s_0, models.counts)[:, None] * spread)
+    return fit, covariance, m_0, studentized, fitted_point_tests(fit, points)
+
+
+def _by_internal_residuals(kind, xy, en, weights):
+    design, observed, root = _whitened(kind, xy, en, weights)
+    fit = sm.OLS(observed, design).fit()
+    influence = fit.get_influence()
+    return (
+        *(fit.params, fit.cov_params(), -fit.resid / root, np.sqrt(2 * fit.scale)),
+        *(influence.hat_matrix_diag, influence.resid_studentized_internal),
+    )
+
+
+def _by_outlier_test(kind, xy, en, weights):
+    design, observed, _ = _whitened(kind, xy, en, weights)
+    return sm.OLS(observed, design).fit().outlier_test()
+
+
+def _assert_same_tests(kind, models):
+    """Residuals over their standard errors, which the tests are made of."""
+    studentized = _tested(kind, models)[3]
+    theirs = _each(_by_internal_residuals, kind, models, N_REFITTED)
+    for k, (*_, internal) in enumerate(theirs):
+        rows = slice(models.start[k], models.start[k + 1])
+        ours = -studentized[rows].T.ravel()
+        np.testing.assert_allclose(ours, internal, rtol=0, atol=1e-7)
 
 
 def _assert_same(kind, models):

@@ -59,6 +59,7 @@ NO_FORMULA = rf"^([+-]\d\w*|[+-](\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[{SIGNS}]+)$"
 # where the list separator is a semicolon, what follows it is a cell of its own
 INNER_FORMULA = f"(; *)('*[\t\r]*[{SIGNS}])"
 INNER_MARKED = f"(; *)'('*[\t\r]*[{SIGNS}])"
+MAY_BE_EITHER = f"^['\t\r{SIGNS}]"  # a formula, or what is marked as one
 # an apostrophe of our own, or one that would be taken for it
 MARKED = f"^'('*[\t\r{SIGNS}])"
 END_OF_DOS = b"\x1a"  # Ctrl-Z, with which old programs end a text
@@ -299,6 +300,8 @@ def _harmless(texts):
     """Put an apostrophe before what a spreadsheet would compute."""
     if pc.any(pc.match_substring(texts, ";")).as_py():
         texts = pc.replace_substring_regex(texts, INNER_FORMULA, r"\1'\2")
+    if not pc.any(pc.match_substring_regex(texts, MAY_BE_EITHER)).as_py():
+        return texts
     is_marked, is_formula, is_harmless = (
         pc.match_substring_regex(texts, pattern)
         for pattern in (MARKED, FORMULA, NO_FORMULA)
