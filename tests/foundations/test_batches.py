@@ -125,3 +125,22 @@ def test_no_segments():
     seen = []
     over_segments(lambda *ranges: seen.append(ranges[:2]), np.array([0]))
     assert seen == [(0, 0)]
+
+
+@pytest.mark.parametrize("n_cores", [1, 2, 5])
+def test_parts_come_back_in_their_order(monkeypatch, n_cores):
+    monkeypatch.setattr(batches, "n_cores", lambda: n_cores)
+    meeting = threading.Barrier(min(n_cores, 3), timeout=30)
+
+    def work(part):
+        meeting.wait()  # each thread has a part, or it breaks
+        return part**2
+
+    assert batches.over_parts(work, range(3 * min(n_cores, 3)))[:3] == [0, 1, 4]
+    assert batches.over_parts(work, []) == []
+
+
+def test_failure_of_a_part_is_not_lost(monkeypatch):
+    monkeypatch.setattr(batches, "n_cores", lambda: 2)
+    with pytest.raises(ZeroDivisionError):
+        batches.over_parts(lambda part: 1 // part, [1, 0, 2])

@@ -171,3 +171,16 @@ def over_segments(kernel, start, *arrays):
         ]
         for run in runs:
             run.result()
+
+
+def over_parts(work, parts):
+    """Results of some work on each part, in their order, on all cores.
+
+    For work that releases the GIL by itself, as products of sparse matrices do; it must
+    not matter to a part which others there are.
+    """
+    n_workers = min(n_cores(), len(parts))
+    if n_workers <= 1:
+        return [work(part) for part in parts]
+    with ThreadPoolExecutor(n_workers) as pool:
+        return list(pool.map(work, parts))

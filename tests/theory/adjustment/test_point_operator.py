@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from einschalt.foundations import batches
 from einschalt.theory.adjustment import point_operator
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -247,3 +248,20 @@ def test_complex_operators_take_shares_that_turn_and_scale():
         for axes in (Axes.PLANE, Axes.COMPLEX)
     )
     np.testing.assert_allclose(packed, plane, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+def test_rows_are_multiplied_on_any_number_of_cores(monkeypatch, kind):
+    rng = np.random.default_rng(3)
+    dense = rng.normal(size=(37, 20)) * (rng.random((37, 20)) < 0.3)
+    dense[5:9] = 0.0  # rows without an entry
+    columns = rng.normal(size=(20, 6)).astype(kind)
+    operator = PointOperator((sparse.csr_array(dense),), Axes.COMPLEX)
+    whole = operator.apply(columns)
+    monkeypatch.setattr(point_operator, "PRODUCTS_WORTH_A_THREAD", 1)
+    for n_cores in (1, 2, 7):
+        monkeypatch.setattr(batches, "n_cores", lambda n=n_cores: n)
+        np.testing.assert_array_equal(operator.apply(columns), whole)
+    np.testing.assert_allclose(whole, dense @ columns, atol=1e-12)
+    nothing = PointOperator((sparse.csr_array((37, 20)),), Axes.COMPLEX)
+    assert not nothing.apply(columns).any()

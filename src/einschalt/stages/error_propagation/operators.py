@@ -7,11 +7,12 @@ covariance follows from theirs: L Σ Lᵀ.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.batches import over_parts, segment_sum, segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
@@ -184,7 +185,8 @@ def covariances_of_pairs(chains, standard_errors, places):
     n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(chains, n_points))
     n_parts = max(1, min(n_parts, len(places)))
     parts = np.array_split(places, n_parts)
-    return np.concatenate([_between(chains, standard_errors, part) for part in parts])
+    between = partial(_between, chains, standard_errors)
+    return np.concatenate(over_parts(between, parts))
 
 
 def _between(chains, standard_errors, places):
@@ -203,12 +205,15 @@ def propagate(point_ids, chains, standard_errors) -> PropagatedErrors:
     axis where they differ.
     """
     n_points = next(iter(chains.values())).n_points
-    found = {source: [] for source in chains}
+
+    def covariances(places):
+        rows = _rows_of(chains, places)
+        return {source: of.covariances(standard_errors[source]) for source, of in rows}
+
     # in ranges of points: the product as a whole would hold some hundred blocks a point
-    for places in np.array_split(np.arange(n_points), n_ranges(chains, n_points)):
-        for source, rows in _rows_of(chains, places):
-            found[source].append(rows.covariances(standard_errors[source]))
-    parts = {source: np.concatenate(of_source) for source, of_source in found.items()}
+    ranges = np.array_split(np.arange(n_points), n_ranges(chains, n_points))
+    found = over_parts(covariances, ranges)
+    parts = {name: np.concatenate([part[name] for part in found]) for name in chains}
     return PropagatedErrors(point_ids, parts, chains, standard_errors)
 
 

@@ -11,18 +11,22 @@ are wanted, or what it makes of some columns.
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
+from itertools import pairwise
 from operator import matmul
 
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.batches import over_parts, over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
 # of the rows of pairs, which stay in the cache of a processor
 NUMBERS_AT_ONCE = 100_000
+# below them a thread takes as long to start as it saves
+PRODUCTS_WORTH_A_THREAD = 5_000_000
+N_RANGES = 8  # of rows, each for a thread
 
 
 class Axes(Enum):
@@ -386,8 +390,23 @@ def _applied(matrix, columns):
     if columns.ndim == 2 and np.iscomplexobj(columns) and not np.iscomplexobj(matrix):
         # two real columns for each complex one: half the work
         columns = np.ascontiguousarray(columns)
-        return (matrix @ columns.view(float)).view(complex)
-    return matrix @ columns
+        return _applied(matrix, columns.view(float)).view(complex)
+    n_products = matrix.nnz * columns[:1].size
+    if n_products < PRODUCTS_WORTH_A_THREAD:
+        return matrix @ columns
+    edges = np.linspace(0, matrix.nnz, N_RANGES + 1)
+    edges = np.unique(np.searchsorted(matrix.indptr, edges))
+    edges[0], edges[-1] = 0, matrix.shape[0]
+    ranges = [_rows(matrix, *edge) for edge in pairwise(edges.tolist())]
+    return np.concatenate(over_parts(lambda rows: rows @ columns, ranges))
+
+
+def _rows(matrix, first, last):
+    """Rows of a sparse array, no number of which is copied."""
+    begin, end = matrix.indptr[[first, last]]
+    pointer = matrix.indptr[first : last + 1] - begin
+    parts = matrix.data[begin:end], matrix.indices[begin:end], pointer
+    return sparse.csr_array(parts, shape=(last - first, matrix.shape[1]))
 
 
 def _squares(numbers):
