@@ -19,9 +19,11 @@ import pyarrow.compute as pc
 from pyarrow import parquet
 
 from einschalt.foundations.batches import n_cores
+from einschalt.foundations.coded_names import CodedNames, can_be_written_out
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.key_columns import MANY
+from einschalt.foundations.names import TEXT
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
@@ -186,19 +188,26 @@ def _bounded(data, metadata, place, source):
 
 def _is_text(data, metadata, place):
     """Whether names are read faster as text than as codes, and cannot be too long."""
-    if metadata.num_rows < MANY:
+    if metadata.num_rows < MANY or not metadata.num_row_groups:
         return False
     groups = range(metadata.num_row_groups)
     chunks = [metadata.row_group(group).column(place) for group in groups]
+    if _are_repeated(texts_of(data, chunks[0])):  # as they are in the others, then
+        return False
     found = [texts_of(data, chunk) for chunk in chunks]
     if None in found:
         return False
-    n_names, n_written_out, n_bytes = (
-        sum(getattr(texts, fact) for texts in found)
-        for fact in ("n_names", "n_written_out", "most_bytes")
+    n_bytes = sum(texts.most_bytes for texts in found)
+    return n_bytes <= _most_unpacked(len(data))
+
+
+def _are_repeated(texts):
+    """Whether so many rows have each name that codes are read faster."""
+    return (
+        texts is not None
+        and not texts.n_written_out
+        and texts.n_names * FEWEST_REPEATED < texts.n_coded
     )
-    is_repeated = not n_written_out and n_names * FEWEST_REPEATED < metadata.num_rows
-    return n_bytes <= _most_unpacked(len(data)) and not is_repeated
 
 
 def _most_unpacked(n_bytes):
@@ -257,7 +266,7 @@ def _understood(column, name, is_number, source):
     if is_odd or (is_number and is_bytes):
         return _said(column)
     try:
-        text = column.cast(pa.string())
+        text = column.cast(TEXT)
         if not is_checked:
             text.validate(full=True)  # reading does not look at the bytes of a text
     except pa.ArrowNotImplementedError:
@@ -295,6 +304,10 @@ def _plain(column, source):
 
 def _decoded(column, source):
     """Write out the codes of a dictionary, where that gives no monster."""
+    if len(column) >= MANY and can_be_written_out(column):
+        names = CodedNames(column)
+        _refuse_unpacked(names.n_bytes, column.nbytes, source)
+        return pa.chunked_array([names.written_out()])
     chunks = column.chunks
     n_bytes = 0
     for chunk in chunks:
