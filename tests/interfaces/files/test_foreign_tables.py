@@ -14,7 +14,7 @@ import shapely
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
-from einschalt.interfaces.files import workbooks
+from einschalt.interfaces.files import unpacked_sizes, workbooks
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.tables_by_suffix import understand_table
@@ -396,8 +396,6 @@ def test_a_geometry_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch)
     import pyarrow as pa
     from pyarrow import parquet
 
-    from einschalt.interfaces.files import parquet_tables
-
     shape = shapely.to_wkb(shapely.linestrings(np.zeros((2**15, 2))))
     facts = {"encoding": "WKB", "geometry_types": []}
     geo = {"primary_column": "geometry", "columns": {"geometry": facts}}
@@ -405,8 +403,8 @@ def test_a_geometry_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch)
     table = table.replace_schema_metadata({b"geo": json.dumps(geo).encode()})
     parquet.write_table(table, tmp_path / "t.parquet", compression="zstd")
     # of a real one there would be thousands of rows
-    monkeypatch.setattr(parquet_tables, "HARMLESS_BYTES", 2**21)
-    monkeypatch.setattr(parquet_tables, "MOST_PACKED", 4)
+    monkeypatch.setattr(unpacked_sizes, "HARMLESS_BYTES", 2**21)
+    monkeypatch.setattr(unpacked_sizes, "MOST_PACKED", 4)
     with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
         understand_table(tmp_path / "t.parquet", CONTROL_POINTS)
 
