@@ -14,7 +14,7 @@ import shapely
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
-from einschalt.interfaces.files import unpacked_sizes, workbooks
+from einschalt.interfaces.files import unpacked_sizes, workbook_sizes
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.tables_by_suffix import understand_table
@@ -383,7 +383,7 @@ ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'
 )
 def test_hostile_workbooks_are_refused_in_words(tmp_path, monkeypatch, change, said):
     # of a real one there would be hundreds of megabytes
-    monkeypatch.setattr(workbooks, "HARMLESS_BYTES", 2**22)
+    monkeypatch.setattr(workbook_sizes, "HARMLESS_BYTES", 2**22)
     path = tmp_path / "t.xlsx"
     write_workbook(POINTS, path)
     changed_workbook(path, change)

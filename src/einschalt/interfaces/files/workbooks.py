@@ -22,6 +22,7 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.tables import listed
+from einschalt.interfaces.files import workbook_sizes
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
@@ -38,10 +39,6 @@ from einschalt.interfaces.files.understood_tables import (
 
 SUFFIXES = (".xlsx", ".ods")
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
-HARMLESS_BYTES = 2**28  # a million rows of ten columns
-MOST_PACKED = 100
-MOST_MEMBERS = 5000
-LARGEST_TEXT = 2**31  # of all cells together
 FORMULA = re.compile(rb"""\s(table:formula)\s*=\s*("[^"]*"|'[^']*')""")
 MOST_COLUMNS = 1000
 # NotImplementedError, of a way of packing that is not known, is a RuntimeError
@@ -194,15 +191,15 @@ def sound_copy(data, suffix, source):
             zipfile.ZipFile(copy, "w") as new,
         ):
             members = packed.infolist()
-            _refuse_size(members, len(data), source)
+            workbook_sizes.refuse_size(members, len(data), source)
             texts = {}
             for member in members:
                 name = member.filename
                 if name == "mimetype" or name.endswith((".xml", ".rels")):
                     text = packed.read(member)
-                    _refuse_entities(text, source)
+                    workbook_sizes.refuse_entities(text, source)
                     texts[name] = FORMULA.sub(b"", text)
-            _refuse_texts(texts, source)
+            workbook_sizes.refuse_cells(texts, source)
             for name, text in texts.items():
                 new.writestr(name, text)
     except DAMAGES as error:
@@ -217,42 +214,3 @@ def _damaged(source):
         remedy="Copy or export it again",
         file=source,
     )
-
-
-def _refuse_size(members, n_bytes, source):
-    unpacked = sum(member.file_size for member in members)
-    is_large = unpacked > max(HARMLESS_BYTES, MOST_PACKED * n_bytes)
-    if is_large or len(members) > MOST_MEMBERS:
-        raise FileError(
-            f"{n_bytes} bytes would unpack to {unpacked} bytes in {len(members)} files",
-            expected=f"a workbook that is packed at most {MOST_PACKED} times",
-            remedy="Check where the file comes from, or give the table as CSV",
-            file=source,
-        )
-
-
-def _refuse_entities(text, source):
-    head = text[:4096].upper().replace(b"\0", b"")
-    if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
-        raise FileError(
-            "the workbook defines XML entities, as no spreadsheet does",
-            expected="a workbook as a spreadsheet saves it",
-            remedy="Check where the file comes from, or give the table as CSV",
-            file=source,
-        )
-
-
-def _refuse_texts(texts, source):
-    """Refuse one long text that all cells point to."""
-    shared = texts.get("xl/sharedStrings.xml", b"")
-    longest = max(map(len, shared.split(b"</si>")), default=0)
-    n_cells = sum(
-        text.count(b't="s"') for name, text in texts.items() if "sheet" in name
-    )
-    if n_cells * longest > LARGEST_TEXT:
-        raise FileError(
-            f"{n_cells} cells with texts of up to {longest} characters",
-            expected="names and numbers",
-            remedy="Take long remarks out, or give the table as CSV",
-            file=source,
-        )
