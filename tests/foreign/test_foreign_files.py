@@ -34,6 +34,15 @@ def test_files_hold_what_their_programs_say(name):
     assert (len(control), len(measured), images, found.crs) == COUNTS[name]
 
 
+def test_tracks_of_opensfm_lie_in_their_images():
+    points = found_in(HERE / "opensfm" / "tracks.csv").tables["image_points"]
+    assert points.groupby("image_id").size().to_dict() == {
+        f"0{k}.jpg": 40 for k in (1, 2, 3)
+    }
+    assert points[["x", "y"]].min().min() > 0.0
+    assert (points[["x", "y"]].max() < [3264, 2448]).all()
+
+
 def test_the_list_made_of_markers_has_each_of_their_measurements():
     """133 measurements of Metashape are the 133 rows of OpenDroneMap."""
     names = ("pafs.xml", "gcp_list_crear.txt")

@@ -78,18 +78,27 @@ def choices(raw, column):
     return text.to_numpy(dtype=object), is_bad, say
 
 
-def identifiers(raw):
-    """Names as text without blanks around them; as :func:`numbers` gives them."""
-    is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
-    if is_text and are_tidy(raw):  # then nothing is to be said of any
+def is_text(raw):
+    """Whether a column holds text alone, by its type."""
+    return pd.api.types.is_string_dtype(raw) and raw.dtype != object
+
+
+def identifiers(raw, *, is_tidy=None):
+    """Names as text without blanks around them; as :func:`numbers` gives them.
+
+    ``is_tidy``: whether nothing is to be said of any, where that was looked at before.
+    """
+    is_textual = is_text(raw)
+    is_tidy = is_textual and are_tidy(raw) if is_tidy is None else is_tidy
+    if is_tidy:
         text = raw if raw.dtype == TEXT else raw.astype(TEXT)
         return text, np.zeros(len(raw), dtype=bool), described
-    text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
+    text = raw if is_textual else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()
     is_bad = (text == "").to_numpy(dtype=bool)
 
     def say(value):
-        if is_text or _name(value) or not np.all(pd.notna(value)):
+        if is_textual or _name(value) or not np.all(pd.notna(value)):
             return "is missing", "a name", "Give the name or delete the row"
         return f"{described(value)} is no name", "a text", "Write the name as text"
 

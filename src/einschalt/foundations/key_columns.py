@@ -1,5 +1,7 @@
 """Columns of names compared as a whole, by their integer codes."""
 
+from functools import cached_property
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -60,12 +62,52 @@ def may_repeat(columns):
 
     False is certain; True is said of short columns without looking.
     """
-    if len(columns[0]) < MANY:
-        return True
-    # compiled code takes its time to load
-    from einschalt.foundations import name_bytes  # noqa: PLC0415
+    return SeenNames(dict(enumerate(columns))).may_repeat
 
-    return name_bytes.may_repeat([_as_text(one) for one in columns])
+
+class SeenNames:
+    """Columns of text, by name; long ones are looked at byte by byte, and once only.
+
+    >>> SeenNames({"point_id": ["7/8", " 0012"]}).is_tidy("point_id")
+    False
+    """
+
+    def __init__(self, columns):
+        self._columns = columns
+        self._sums, self._tidy = None, {}
+        if columns and len(next(iter(columns.values()))) >= MANY:
+            # compiled code takes its time to load
+            from einschalt.foundations import name_bytes  # noqa: PLC0415
+
+            texts = [_as_text(column) for column in columns.values()]
+            self._sums, tidy = name_bytes.look_over(texts)
+            self._tidy = dict(zip(columns, tidy, strict=True))
+
+    @property
+    def names(self):
+        """Names of the columns."""
+        return self._columns.keys()
+
+    @cached_property
+    def may_repeat(self):
+        """Whether two rows could have the same names in all columns.
+
+        False is certain; True is said of short columns without looking.
+        """
+        from einschalt.foundations import name_bytes  # noqa: PLC0415
+
+        return self._sums is None or name_bytes.may_repeat(self._sums)
+
+    def is_tidy(self, name):
+        """Whether no name of a column is missing, or has blanks around it.
+
+        True is certain; False is also said of names with letters beyond ASCII.
+        """
+        if name not in self._tidy:
+            text = _as_text(self._columns[name])
+            is_tidy = pc.all(pc.match_substring_regex(text, TIDY)).as_py()
+            self._tidy[name] = text.null_count == 0 and bool(is_tidy)
+        return self._tidy[name]
 
 
 def are_tidy(names):
@@ -76,13 +118,7 @@ def are_tidy(names):
     >>> are_tidy(["7/8", "0012"]), are_tidy(["7/8", " 0012"])
     (True, False)
     """
-    if len(names) < MANY:
-        text = _as_text(names)
-        is_tidy = pc.match_substring_regex(text, TIDY)
-        return text.null_count == 0 and bool(pc.all(is_tidy).as_py())
-    from einschalt.foundations import name_bytes  # noqa: PLC0415
-
-    return name_bytes.are_tidy(_as_text(names))
+    return SeenNames({"": names}).is_tidy("")
 
 
 def _as_text(names):

@@ -16,7 +16,7 @@ from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
-from einschalt.foundations.key_columns import may_repeat, row_codes
+from einschalt.foundations.key_columns import SeenNames, row_codes
 from einschalt.foundations.names import Coded, encode
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
@@ -229,9 +229,10 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     ignored = [name for name in names if name not in schema.names]
     notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
     columns = {}
+    seen = _seen_names(frame, schema)
     for column in schema.columns:
         if names.count(column.name) == 1:
-            values, faults = _check_values(frame, column, source)
+            values, faults = _check_values(frame, column, source, seen)
             columns[column.name] = values
             problems += faults
         elif column.name not in names and column.default is not None:
@@ -243,9 +244,27 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     key = [name for name in schema.key if name in columns or name not in optional]
     key = tuple(key) if all(name in columns for name in key) else ()
     table = CheckedTable(checked, (), tuple(notes), key)
-    if key and may_repeat([checked[name] for name in key]):
+    given = [name for name in key if name in names]
+    if key and _may_repeat(checked, key, given, seen):
         problems += _check_key(table, source, schema)
     return replace(table, problems=tuple(problems))
+
+
+def _seen_names(frame, schema):
+    """Names of the key as they stand in the table, looked over."""
+    names = list(frame.columns)
+    once = [name for name in schema.key if names.count(name) == 1]
+    return SeenNames({n: frame[n] for n in once if cell_values.is_text(frame[n])})
+
+
+def _may_repeat(checked, key, given, seen):
+    """Whether two rows could have one key.
+
+    ``given``: what of it stood in the table; what was filled in is the same everywhere.
+    """
+    if given and all(name in seen.names and seen.is_tidy(name) for name in given):
+        return seen.may_repeat
+    return SeenNames({name: checked[name] for name in key}).may_repeat
 
 
 def _unfit(frame, schema, source):
@@ -316,14 +335,15 @@ def _missing_column(name, names, schema, source, header):
     )
 
 
-def _check_values(frame, column, source):
+def _check_values(frame, column, source, seen):
     raw = frame[column.name]
     if column.kind == "number":
         values, is_bad, say = cell_values.numbers(raw, column)
     elif column.kind == "choice":
         values, is_bad, say = cell_values.choices(raw, column)
     else:
-        values, is_bad, say = cell_values.identifiers(raw)
+        is_tidy = seen.is_tidy(column.name) if column.name in seen.names else None
+        values, is_bad, say = cell_values.identifiers(raw, is_tidy=is_tidy)
         if column.may_be_missing:
             is_blank = raw.isna() | (raw.astype(str).str.strip() == "")
             is_bad = is_bad & ~is_blank.to_numpy(dtype=bool)

@@ -188,6 +188,15 @@ def test_options_that_take_no_list_offer_none(invoke, block_folder, tmp_path):
     assert "may be two numbers" not in shown
 
 
+def test_a_decimal_comma_with_a_unit_is_cited_as_it_was_written(
+    invoke, block_folder, tmp_path
+):
+    words = ("-o", tmp_path / "out", "--tolerance", "2,5cm")
+    shown = invoke("densify", block_folder, *words).stderr
+    assert "'2,5cm' has a decimal comma; write '2.5cm'" in shown
+    assert "0.02" not in shown
+
+
 @pytest.mark.parametrize("text", ["10,000", "1,500", "250,000m", "-1,250 km"])
 def test_thousands_that_may_be_decimals_are_refused(text, invoke):
     refused = invoke("plan", f"--width={text}")

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import zipfile
 
 import numpy as np
@@ -14,7 +15,7 @@ import shapely
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
-from einschalt.interfaces.files import workbooks
+from einschalt.interfaces.files import unpacked_sizes, workbook_sizes
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.tables_by_suffix import understand_table
@@ -335,18 +336,114 @@ def test_the_sheet_with_the_table_is_found_below_its_title_or_asked_for(tmp_path
     assert len(understand_table(tmp_path / "two.xlsx", CONTROL_POINTS, said).frame) == 2
 
 
+EMPTY = b'<table:table-cell table:formula="of:=IF(A1>0;1;2)"/>'
+OF_TEXT = (
+    b'<table:table-cell table:formula="of:=&quot;&quot;" office:value-type="string">'
+    b"<text:p/></table:table-cell>"
+)
+SAVED = (
+    b'<table:table-cell table:formula="of:=2+2" office:value-type="float" '
+    b'office:value="5"/>'
+)
+
+
+def with_ods_row(path, cells):
+    """A workbook of points with another row: a name and such cells."""
+    write_workbook(POINTS, path)
+    name = b"<table:table-cell><text:p>F</text:p></table:table-cell>"
+    row = b"<table:table-row>" + name + cells + b"</table:table-row></table:table>"
+    changed_workbook(path, lambda d: d.replace(b"</table:table>", row), "content.xml")
+
+
 def test_formulas_are_values_that_were_saved_and_never_computed(tmp_path):
     path = tmp_path / "t.ods"
-    write_workbook(POINTS, path)
-    row = (
-        b"<table:table-row><table:table-cell><text:p>F</text:p></table:table-cell>"
-        b'<table:table-cell table:formula="of:=1+1"/>'
-        b'<table:table-cell table:formula="of:=2+2" office:value-type="float" '
-        b'office:value="5"/></table:table-row></table:table>'
-    )
-    changed_workbook(path, lambda d: d.replace(b"</table:table>", row), "content.xml")
+    with_ods_row(path, OF_TEXT + SAVED)
     frame = understand_table(path, CONTROL_POINTS).frame
     assert frame[PLANE].iloc[-1].tolist() == ["", "5"]
+
+
+FORMULA = "easting is a formula without a value: no spreadsheet has computed it"
+REMEDY = "Open the workbook in Excel or LibreOffice, and save it there"
+
+
+def test_formulas_that_nobody_computed_are_no_missing_values(tmp_path):
+    path = tmp_path / "t.ods"
+    with_ods_row(path, EMPTY + SAVED)
+    with pytest.raises(TableError, match=f"row 4: {FORMULA}.*{REMEDY}"):
+        understand_table(path, CONTROL_POINTS)
+
+
+# the value in the second column of the first point, as programs write it
+VALUE = re.compile(rb'<c r="B2"([^>]*)>\s*<v>[^<]*</v>\s*</c>')
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        b'<c r="B2"><f>A1+1</f></c>',
+        b'<c r="B2" s="1"><f>A1+1</f><v></v></c>',
+        b'<c r="B2"><f t="shared" si="0"/><v/></c>',
+        b'<c r="B2" t="n"><f>IF(A1&lt;2,1,2)</f></c>',
+    ],
+)
+def test_formulas_of_programs_that_compute_none(tmp_path, cell):
+    path = tmp_path / "t.xlsx"
+    write_workbook(POINTS, path)
+    changed_workbook(path, lambda d: VALUE.sub(cell, d))
+    told = rf"t\.xlsx, sheet Punkte, row 2: {FORMULA}.*{REMEDY}"
+    with pytest.raises(TableError, match=told):
+        understand_table(path, CONTROL_POINTS)
+
+
+def test_a_formula_of_no_letters_or_in_a_column_that_is_not_read(tmp_path):
+    """The text "" is a value: what the spreadsheet has computed."""
+    path = tmp_path / "t.xlsx"
+    points = pd.DataFrame({"Nr": ["A", "B"], "Bem": [1.0, 2.0], "Rechts": [5.0, 6.0]})
+    write_workbook(points.assign(Hoch=[7.0, 8.0]), path)
+    changed_workbook(path, lambda d: VALUE.sub(b'<c r="B2"><f>A1+1</f></c>', d))
+    said = Said(columns={"point_id": "Nr", "easting": "Rechts", "northing": "Hoch"})
+    assert understand_table(path, CONTROL_POINTS, said).frame["Bem"].iloc[0] == ""
+    write_workbook(POINTS, path)
+    text = b'<c r="B2" t="str"><f>IF(A1,1,"")</f><v></v></c>'
+    changed_workbook(path, lambda d: VALUE.sub(text, d))
+    assert understand_table(path, CONTROL_POINTS).frame["easting"].iloc[0] == ""
+
+
+def hide(path, name):
+    """Hide a sheet, as spreadsheets do."""
+    if path.suffix == ".xlsx":
+        tag = re.compile(rb'(name="%s"[^>]*?)\sstate="[^"]*"' % name.encode())
+        hidden, part = rb'\1 state="hidden"', "xl/workbook.xml"
+        changed_workbook(path, lambda d: tag.sub(hidden, d), part)
+        return
+    style = (
+        b'<style:style style:name="off" style:family="table"><style:table-properties '
+        b'table:display="false"/></style:style></office:automatic-styles>'
+    )
+    tag = b'table:name="%s"' % name.encode()
+    own = re.compile(rb'\stable:style-name="[^"]*"(?=[^>]*%s)' % tag)
+
+    def change(data):
+        data = own.sub(b"", data).replace(tag, tag + b' table:style-name="off"')
+        return data.replace(b"</office:automatic-styles>", style)
+
+    changed_workbook(path, change, "content.xml")
+
+
+@pytest.mark.parametrize("suffix", [".xlsx", ".ods"])
+def test_hidden_sheets_are_read_if_they_are_named(tmp_path, suffix):
+    path = tmp_path / f"t{suffix}"
+    write_workbook(POINTS, path, POINTS.head(1))
+    hide(path, "Punkte1")
+    table = understand_table(path, CONTROL_POINTS)
+    assert len(table.frame) == 2
+    assert table.notes[0] == f"t{suffix}: hidden sheet Punkte1 is not read"
+    table = understand_table(path, CONTROL_POINTS, Said(sheet="Punkte1"))
+    assert len(table.frame) == 1
+    assert table.notes[0] == f"t{suffix}: sheet 'Punkte1' is hidden"
+    hide(path, "Punkte")
+    with pytest.raises(FileError, match="all sheets with anything in them are hidden"):
+        understand_table(path, CONTROL_POINTS)
 
 
 def test_a_name_that_became_a_date_is_refused(tmp_path):
@@ -383,7 +480,7 @@ ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'
 )
 def test_hostile_workbooks_are_refused_in_words(tmp_path, monkeypatch, change, said):
     # of a real one there would be hundreds of megabytes
-    monkeypatch.setattr(workbooks, "HARMLESS_BYTES", 2**22)
+    monkeypatch.setattr(workbook_sizes, "HARMLESS_BYTES", 2**22)
     path = tmp_path / "t.xlsx"
     write_workbook(POINTS, path)
     changed_workbook(path, change)
@@ -396,8 +493,6 @@ def test_a_geometry_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch)
     import pyarrow as pa
     from pyarrow import parquet
 
-    from einschalt.interfaces.files import parquet_tables
-
     shape = shapely.to_wkb(shapely.linestrings(np.zeros((2**15, 2))))
     facts = {"encoding": "WKB", "geometry_types": []}
     geo = {"primary_column": "geometry", "columns": {"geometry": facts}}
@@ -405,8 +500,8 @@ def test_a_geometry_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch)
     table = table.replace_schema_metadata({b"geo": json.dumps(geo).encode()})
     parquet.write_table(table, tmp_path / "t.parquet", compression="zstd")
     # of a real one there would be thousands of rows
-    monkeypatch.setattr(parquet_tables, "HARMLESS_BYTES", 2**21)
-    monkeypatch.setattr(parquet_tables, "MOST_PACKED", 4)
+    monkeypatch.setattr(unpacked_sizes, "HARMLESS_BYTES", 2**21)
+    monkeypatch.setattr(unpacked_sizes, "MOST_PACKED", 4)
     with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
         understand_table(tmp_path / "t.parquet", CONTROL_POINTS)
 

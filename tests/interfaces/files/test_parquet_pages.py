@@ -1,6 +1,8 @@
 """Pages of Parquet files: how much they unpack to, before anything is unpacked."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -10,8 +12,8 @@ import shapely
 from pyarrow import parquet
 
 from einschalt.foundations.errors import FileError
-from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS
-from einschalt.interfaces.files import parquet_tables
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.interfaces.files import parquet_tables, unpacked_sizes
 from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
 
@@ -208,15 +210,89 @@ def test_a_name_that_each_row_repeats_is_refused_before_it_fills_the_memory(
         compression="zstd",
     )
     assert path.stat().st_size < 2**17
-    monkeypatch.setattr(parquet_tables, "HARMLESS_BYTES", 2**22)
+    monkeypatch.setattr(unpacked_sizes, "HARMLESS_BYTES", 2**22)
     before = pa.total_allocated_bytes()
-    most, refuse_it = [], parquet_tables._refuse_unpacked
+    most, refuse_it = [], unpacked_sizes.refuse_unpacked
 
     def refuse(*facts):
         most.append(pa.total_allocated_bytes() - before)
         refuse_it(*facts)
 
-    monkeypatch.setattr(parquet_tables, "_refuse_unpacked", refuse)
+    monkeypatch.setattr(unpacked_sizes, "refuse_unpacked", refuse)
     with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
         read_parquet(path, MODEL_POINTS)
     assert 2**22 < max(most) < 2**25
+
+
+LONG = "1" * 2**14
+OF_LONG = {
+    "a text of a dictionary": pa.array([LONG] * N_ROWS),
+    "bytes": pa.array([LONG.encode()] * N_ROWS),
+    "a text of DELTA": pa.array([LONG] * N_ROWS),
+    "codes": pa.array([LONG] * N_ROWS).dictionary_encode(),
+    "lists": pa.array([[1.0] * 2000] * N_ROWS),
+    "lists of texts": pa.array([[LONG]] * N_ROWS),
+    "structures": pa.StructArray.from_arrays([pa.array([LONG] * N_ROWS)], ["a"]),
+}
+NESTED = {"lists", "lists of texts", "structures"}
+READ = """
+import resource, sys
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.tables import MODEL_POINTS
+from einschalt.interfaces.files.parquet_tables import read_parquet
+
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    read_parquet(sys.argv[1], MODEL_POINTS)
+except FileError as error:
+    print(error)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kilobytes of Linux")
+@pytest.mark.parametrize("kind", OF_LONG)
+def test_numbers_that_would_fill_the_memory_are_refused_before(tmp_path, kind):
+    """A few hundred kilobytes, which would be a gigabyte and more in memory."""
+    path = tmp_path / "t.parquet"
+    names = pa.array([f"P{k}" for k in range(N_ROWS)])
+    y = pa.array(np.zeros(N_ROWS))
+    table = {"model_id": names, "point_id": names, "y": y, "x": OF_LONG[kind]}
+    is_coded = "DELTA" not in kind
+    parquet.write_table(
+        pa.table(table),
+        path,
+        compression="zstd",
+        dictionary_pagesize_limit=2**30,
+        use_dictionary=True if is_coded else ["model_id"],
+        column_encoding=None if is_coded else {"x": "DELTA_BYTE_ARRAY"},
+    )
+    assert path.stat().st_size < 2**20
+    command = [sys.executable, "-c", READ, path]
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    told, n_megabytes = ran.stdout.splitlines()
+    found = f"more than {100 * N_ROWS} bytes of text in {N_ROWS} rows"
+    found = "lists or structures" if kind in NESTED else found
+    assert told.startswith(f"t.parquet: column 'x' holds {found}; expected")
+    assert int(n_megabytes) < 200
+
+
+def test_long_texts_in_a_few_rows_are_quoted_as_no_numbers(tmp_path):
+    path = tmp_path / "t.parquet"
+    columns = {"model_id": ["1"], "point_id": ["P1"], "x": [LONG], "y": [1.0]}
+    parquet.write_table(pa.table(columns), path)
+    checked = check_table(read_parquet(path, MODEL_POINTS), MODEL_POINTS)
+    assert "is not a number" in checked.problems[0].found
+
+
+def test_no_column_of_values_in_every_row_may_add_up_to_a_monster(tmp_path):
+    """Each column of one value is a few bytes, and eight of them a gigabyte."""
+    n_rows = 5 * 10**6
+    path, one = tmp_path / "t.parquet", pa.array([1.0]).dictionary_encode()
+    codes = pa.array(np.zeros(n_rows, np.int8))
+    column = pa.DictionaryArray.from_arrays(codes, one.dictionary)
+    table = pa.table(dict.fromkeys(["model_id", "point_id", "x", "y"], column))
+    parquet.write_table(table, path)
+    assert path.stat().st_size < 10**5
+    with pytest.raises(FileError, match="would unpack to 160000000 bytes"):
+        read_parquet(path, MODEL_POINTS)

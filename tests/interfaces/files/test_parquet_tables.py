@@ -68,7 +68,6 @@ def test_numbers_of_every_kind_become_float(tmp_path, column):
         (pa.array([True, False]), "x 'true' is not a number"),
         (pa.array(["1.0", "2,5"]), "x '2,5' has a decimal comma"),
         (pa.array([dt.date(1971, 5, 1)] * 2), "x '1971-05-01' is not a number"),
-        (pa.array([[1.0], [2.0]]), "x '[1.0]' is not a number"),
         (pa.array([b"1", b"2"]), "x \"b'1'\" is not a number"),
     ],
 )
@@ -130,3 +129,23 @@ def test_folders_like_those_of_data_sets_add_no_columns(tmp_path):
     folder = tmp_path / "x=5"
     folder.mkdir()
     assert list(read_back(folder).columns) == ["model_id", "point_id", "x", "y"]
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        pa.array([[1.0], [2.0]]),
+        pa.array([{"a": 1.0}, {"a": 2.0}]),
+        pa.array([[("a", 1.0)], []], pa.map_(pa.string(), pa.float64())),
+        pa.array([[1.0, 2.0], None], pa.list_(pa.float64(), 2)),
+    ],
+)
+@pytest.mark.parametrize("name", ["x", "z", "point_id"])
+def test_lists_and_structures_are_no_values(tmp_path, name, column):
+    told = f"column '{name}' holds lists or structures; expected one value in each row"
+    with pytest.raises(FileError, match=told):
+        read_back(tmp_path, **{name: column})
+
+
+def test_other_columns_may_hold_lists(tmp_path):
+    assert len(read_back(tmp_path, rays=pa.array([[1.0], [2.0]]))) == 2

@@ -148,4 +148,8 @@ def with_numbers(words, options):
 def _as_number(text, unit, is_one):
     if is_one is not None:
         text = with_decimal_points(text, is_one=is_one)
+    elif WITH_COMMA.fullmatch(text) and not text[-1].isdecimal():
+        # one value or a word: no list of lengths, which in_unit would make of it
+        point = text.replace(",", ".")
+        raise typer.BadParameter(f"{text!r} has a decimal comma; write {point!r}.")
     return text if unit is None else in_unit(text, unit)

@@ -264,11 +264,11 @@ def _line_of(data, place):
 def companions(path):
     """Files without which one cannot be understood.
 
-    Those beside a shapefile, and reconstructions beside the control of OpenSfM, which
-    have the sizes of its images.
+    Those beside a shapefile, and reconstructions beside control or tracks of OpenSfM,
+    which have the sizes of its images.
     """
     path = Path(path)
-    if path.suffix.lower() == ".json":
+    if path.suffix.lower() == ".json" or path.name.startswith("tracks"):
         return sorted(path.parent.glob("reconstruction*.json"))
     if path.suffix.lower() != ".shp":
         return []

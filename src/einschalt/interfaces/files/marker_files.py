@@ -32,7 +32,12 @@ from einschalt.interfaces.files.input_files import (
     read_once,
     read_text_bytes,
 )
-from einschalt.interfaces.files.json_text import parsed_json
+from einschalt.interfaces.files.opensfm_images import (
+    damaged,
+    image_sizes,
+    json_of,
+    require_sizes,
+)
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
@@ -82,7 +87,7 @@ def read_metashape(path, source=None) -> Markers:
                 continue
             image, name = place.get("camera_id"), one.get("marker_id")
             if image not in images or name not in labels:
-                raise _damaged(source, f"camera {image} or marker {name} is unknown")
+                raise damaged(source, f"camera {image} or marker {name} is unknown")
             xy = (_number(place.get(axis), source) for axis in "xy")
             rows.append((images[image], labels[name], *xy))
     if n_predicted:
@@ -137,21 +142,15 @@ def _crs_of_chunk(chunk, source):
     try:
         return code_of(text)
     except ProjectionError as error:
-        raise _damaged(source, f"the system {shortened(text)!r} is unknown") from error
+        raise damaged(source, f"the system {shortened(text)!r} is unknown") from error
 
 
 def _number(text, source):
     if text is None:
         return np.nan
     if not is_number(text):
-        raise _damaged(source, f"{shortened(text)!r} is not a number")
+        raise damaged(source, f"{shortened(text)!r} is not a number")
     return float(text)
-
-
-def _damaged(source, found):
-    return FileError(
-        found, expected="whole data", remedy="Export it again", file=source
-    )
 
 
 def read_odm(path, source=None) -> Markers:
@@ -258,8 +257,8 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     that side, which the reconstruction beside it has.
     """
     source = source or Path(path).name
-    given = _json(path, source)
-    sizes = _image_sizes(beside or companions(path))
+    given = json_of(path, source)
+    sizes = image_sizes(beside or companions(path))
     points, rows, unknown = [], [], set()
     try:
         for one in given["points"]:
@@ -275,44 +274,9 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
                 pixels = x * side + (wide - 1) / 2, y * side + (high - 1) / 2
                 rows.append((image, name, *pixels))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _damaged(source, "holds no points as OpenSfM writes them") from error
-    if unknown:
-        raise FileError(
-            f"the size of image {min(unknown)} is unknown",
-            expected="reconstruction.json beside it, with the cameras of all images",
-            remedy="Copy it from the project",
-            file=source,
-        )
+        raise damaged(source, "holds no points as OpenSfM writes them") from error
+    require_sizes(unknown, {}, source)
     return _markers(points, rows, WGS_84, [], source)
-
-
-def _json(path, source):
-    try:
-        return parsed_json(read_text_bytes(path, source))
-    except (ValueError, RecursionError) as error:
-        raise FileError(
-            f"is no whole JSON: {shortened(str(error), 80)}",
-            expected="JSON as OpenSfM writes it",
-            remedy="Export it again",
-            file=source,
-            row=getattr(error, "lineno", None),
-        ) from error
-
-
-def _image_sizes(files):
-    """Width and height of images, by name, of all reconstructions."""
-    sizes = {}
-    for file in files:
-        path = Path(file)
-        parts = _json(file, path.name)
-        try:
-            for part in parts:
-                for image, shot in part["shots"].items():
-                    camera = part["cameras"][shot["camera"]]
-                    sizes[image] = float(camera["width"]), float(camera["height"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise _damaged(path.name, f"is no reconstruction: {error}") from error
-    return sizes
 
 
 def _markers(points, rows, crs, notes, source):
@@ -329,14 +293,14 @@ def _markers(points, rows, crs, notes, source):
         control = control.astype(dict.fromkeys("xyz", float))
         measured = measured.astype({"x": float, "y": float})
     except (ValueError, TypeError) as error:
-        raise _damaged(source, f"a coordinate is no number: {error}") from error
+        raise damaged(source, f"a coordinate is no number: {error}") from error
     for table, names in ((control, ["point_id"]), (measured, MEASURED[:2])):
         is_whole = np.isfinite(table[["x", "y"]]).all(axis=1)
         is_whole &= table[names].notna().all(axis=1)
         if not is_whole.all():
             values = [table[~is_whole].iloc[0][name] for name in (*names, "x", "y")]
             said = " ".join("?" if pd.isna(value) else str(value) for value in values)
-            raise _damaged(source, f"{shortened(said, 60)!r} lacks a name or a number")
+            raise damaged(source, f"{shortened(said, 60)!r} lacks a name or a number")
     return Markers(control, measured, crs, tuple(notes))
 
 

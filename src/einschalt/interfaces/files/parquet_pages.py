@@ -33,7 +33,8 @@ class Texts:
     """The texts of one column in one group of rows."""
 
     n_names: int  # of the dictionary
-    n_written_out: int  # and no codes of the dictionary
+    n_coded: int  # rows that have a code of the dictionary
+    n_written_out: int  # and those that have none
     most_bytes: int  # to which all of them can unpack
 
 
@@ -75,7 +76,7 @@ def _summed_up(data, chunk):
             n_bytes += header[UNPACKED]
         else:
             return None
-    return Texts(n_names, n_written_out, n_bytes + n_codes * longest)
+    return Texts(n_names, n_codes, n_written_out, n_bytes + n_codes * longest)
 
 
 def _pages(data, chunk):

@@ -9,6 +9,7 @@ of the writing program's environment; equal tables give equal bytes.
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,9 +20,12 @@ import pyarrow.compute as pc
 from pyarrow import parquet
 
 from einschalt.foundations.batches import n_cores
+from einschalt.foundations.coded_names import CodedNames, can_be_written_out
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.key_columns import MANY
+from einschalt.foundations.names import TEXT
+from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
@@ -41,11 +45,7 @@ from einschalt.interfaces.files.understood_tables import (
 )
 
 MAGIC = b"PAR1"
-MOST_COLUMNS = 1000
-NUMBER_BYTES = 8
-# measurements are packed ten times at most, by rows that repeat each other some more
-MOST_PACKED = 100
-HARMLESS_BYTES = 2**27  # 16 million rows
+TEXT_OF_PARQUET = "BYTE_ARRAY"
 LONGEST_SAID = 200
 FEWEST_REPEATED = 8  # rows of a name, from which codes are read faster than names
 # so many that the dictionary of their names fits into a page and the caches
@@ -120,24 +120,27 @@ def _read_columns(data, schema, said, source):
     columns = [metadata.schema.column(k) for k in range(metadata.num_columns)]
     places = {column.path: k for k, column in enumerate(columns)}
     names = metadata.schema.to_arrow_schema().names
-    _refuse_size(metadata, names, len(data), source)
+    unpacked_sizes.refuse_size(metadata, names, len(data), source)
     meant = meant_header(names, schema, said, source)
     meaning = dict(zip(names, meant.names, strict=True))
-    texts = [n for n in names if n in places and meaning[n] in schema.id_names]
-    coded = [n for n in texts if not _is_text(data, metadata, places[n])]
     place = _geometry_of(metadata, names)
-    coded += [place[0]] if place else []  # may be huge, in all rows
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
     known += [place[0]] if place else []
-    fixed = [columns[places[n]].length for n in known if n in places]
-    _refuse_unpacked(metadata.num_rows * max(fixed, default=0), len(data), source)
+    by_name = {name: columns[k] for name, k in places.items()}
+    unpacked_sizes.refuse_columns(by_name, known, metadata, len(data), source)
+    numbers = {name for name in known if meaning[name] in schema.number_names}
+    bounds = {n: _Bound(n, n in numbers, len(data), source) for n in known}
+    texts = [n for n in known if by_name[n].physical_type == TEXT_OF_PARQUET]
+    texts = [n for n in texts if place is None or n != place[0]]
+    coded = [n for n in texts if not _is_text(data, metadata, places[n], bounds[n])]
+    coded += [place[0]] if place else []  # may be huge, in all rows
     slow = {n: places[n] for n in coded if has_deltas(metadata, places[n])}
-    table = _stored(data, metadata, known, coded, slow, source)
+    table = _stored(data, metadata, known, coded, slow, bounds)
 
     def understand(name, column):
         if place is not None and name == place[0]:
-            return _plain(column, source)
-        return _understood(column, name, meaning[name] in schema.number_names, source)
+            return _plain(column, bounds[name])
+        return _understood(column, name in numbers, bounds[name])
 
     found = {name: [] for name in table.column_names}
     with ThreadPoolExecutor(n_cores()) as pool:
@@ -149,7 +152,31 @@ def _read_columns(data, schema, said, source):
     return columns, names, meant, place
 
 
-def _stored(data, metadata, names, coded, slow, source):
+@dataclass(frozen=True)
+class _Bound:
+    """What a column may unpack to."""
+
+    name: str
+    is_number: bool
+    n_bytes: int  # of the file
+    source: str
+
+    def most(self, n_rows):
+        """Bytes that its text may have in so many rows."""
+        if self.is_number:
+            return unpacked_sizes.most_text_of_numbers(n_rows)
+        return unpacked_sizes.most_unpacked(self.n_bytes)
+
+    def refuse(self, n_bytes, n_rows):
+        """Refuse a column whose text has more."""
+        if self.is_number:
+            unpacked_sizes.refuse_text_of_numbers(
+                self.name, n_bytes, n_rows, self.source
+            )
+        unpacked_sizes.refuse_unpacked(n_bytes, self.n_bytes, self.source)
+
+
+def _stored(data, metadata, names, coded, slow, bounds):
     """Read columns, some of them as codes: the groups of rows on all cores.
 
     ``slow``: places of those that are no codes and might fill the memory.
@@ -167,67 +194,45 @@ def _stored(data, metadata, names, coded, slow, source):
     with ThreadPoolExecutor(n_parts) as pool:
         parts = pool.map(read, [list(range(a, b)) for a, b in pairwise(edges)])
         table = pa.concat_tables(list(parts))
-    tables = [table, *(_bounded(data, metadata, k, source) for k in slow.values())]
+    tables = [table, *(_bounded(data, metadata, k, bounds[n]) for n, k in slow.items())]
     return pa.table(
         [column for table in tables for column in table.itercolumns()],
         names=[name for table in tables for name in table.column_names],
     )
 
 
-def _bounded(data, metadata, place, source):
+def _bounded(data, metadata, place, bound):
     """Read a column in batches, as long as all of it is no monster."""
     batches, n_bytes = [], 0
-    for batch in in_batches(data, metadata, place, HARMLESS_BYTES):
+    for batch in in_batches(data, metadata, place, bound.most(metadata.num_rows)):
         batches.append(batch)
         n_bytes += batch.nbytes
-        _refuse_unpacked(n_bytes, len(data), source)
+        bound.refuse(n_bytes, metadata.num_rows)
     return pa.Table.from_batches(batches)
 
 
-def _is_text(data, metadata, place):
-    """Whether names are read faster as text than as codes, and cannot be too long."""
-    if metadata.num_rows < MANY:
+def _is_text(data, metadata, place, bound):
+    """Whether texts are read faster as they are than as codes, and not too long."""
+    if metadata.num_rows < MANY or not metadata.num_row_groups:
         return False
     groups = range(metadata.num_row_groups)
     chunks = [metadata.row_group(group).column(place) for group in groups]
+    if _are_repeated(texts_of(data, chunks[0])):  # as they are in the others, then
+        return False
     found = [texts_of(data, chunk) for chunk in chunks]
     if None in found:
         return False
-    n_names, n_written_out, n_bytes = (
-        sum(getattr(texts, fact) for texts in found)
-        for fact in ("n_names", "n_written_out", "most_bytes")
+    n_bytes = sum(texts.most_bytes for texts in found)
+    return n_bytes <= bound.most(metadata.num_rows)
+
+
+def _are_repeated(texts):
+    """Whether so many rows have each name that codes are read faster."""
+    return (
+        texts is not None
+        and not texts.n_written_out
+        and texts.n_names * FEWEST_REPEATED < texts.n_coded
     )
-    is_repeated = not n_written_out and n_names * FEWEST_REPEATED < metadata.num_rows
-    return n_bytes <= _most_unpacked(len(data)) and not is_repeated
-
-
-def _most_unpacked(n_bytes):
-    return max(HARMLESS_BYTES, MOST_PACKED * n_bytes)
-
-
-def _refuse_size(metadata, names, n_bytes, source):
-    """Refuse what a small file would unpack to."""
-    if len(names) > MOST_COLUMNS:
-        raise FileError(
-            f"the table has {len(names)} columns",
-            expected=f"at most {MOST_COLUMNS}",
-            remedy="Leave out the columns that are no part of the table",
-            file=source,
-        )
-    groups = [metadata.row_group(k) for k in range(min(metadata.num_row_groups, 10**5))]
-    packed = sum(group.total_byte_size for group in groups)
-    n_rows = max(metadata.num_rows, sum(group.num_rows for group in groups))
-    _refuse_unpacked(max(packed, n_rows * NUMBER_BYTES), n_bytes, source)
-
-
-def _refuse_unpacked(unpacked, n_bytes, source):
-    if unpacked > _most_unpacked(n_bytes):
-        raise FileError(
-            f"{n_bytes} bytes would unpack to {unpacked} bytes",
-            expected=f"a table that is packed at most {MOST_PACKED} times",
-            remedy="Check where the file comes from, or give the table as CSV",
-            file=source,
-        )
 
 
 def _unreadable(data, source):
@@ -242,10 +247,10 @@ def _unreadable(data, source):
     return FileError(found, expected="a Parquet file", remedy=remedy, file=source)
 
 
-def _understood(column, name, is_number, source):
+def _understood(column, is_number, bound):
     """Numbers as float, anything else as text."""
     is_checked = _is_of_texts(column)
-    column = _plain(column, source)
+    column = _plain(column, bound)
     kind = column.type
     is_measure = pa.types.is_integer(kind) or pa.types.is_floating(kind)
     if is_number and (is_measure or pa.types.is_decimal(kind)):
@@ -253,21 +258,20 @@ def _understood(column, name, is_number, source):
     if pa.types.is_floating(kind):
         return _whole_as_text(column)
     is_bytes = pa.types.is_binary(kind) or pa.types.is_large_binary(kind)
-    is_odd = pa.types.is_null(kind) or pa.types.is_nested(kind)
-    if is_odd or (is_number and is_bytes):
+    if pa.types.is_null(kind) or (is_number and is_bytes):
         return _said(column)
     try:
-        text = column.cast(pa.string())
+        text = column.cast(TEXT)
         if not is_checked:
             text.validate(full=True)  # reading does not look at the bytes of a text
     except pa.ArrowNotImplementedError:
         return _said(column)
     except pa.ArrowInvalid as error:
         raise FileError(
-            f"column '{name}' holds bytes that are no UTF-8 text",
+            f"column '{bound.name}' holds bytes that are no UTF-8 text",
             expected="names as UTF-8 text",
             remedy="Export the column as text",
-            file=source,
+            file=bound.source,
         ) from error
     return text
 
@@ -287,27 +291,32 @@ def _is_of_texts(column):
     return True
 
 
-def _plain(column, source):
+def _plain(column, bound):
     """The column without codes."""
     is_coded = pa.types.is_dictionary(column.type)
-    return _decoded(column, source) if is_coded else column
+    return _decoded(column, bound) if is_coded else column
 
 
-def _decoded(column, source):
+def _decoded(column, bound):
     """Write out the codes of a dictionary, where that gives no monster."""
+    if len(column) >= MANY and can_be_written_out(column):
+        names = CodedNames(column)
+        bound.refuse(names.n_bytes, len(column))
+        return pa.chunked_array([names.written_out()])
     chunks = column.chunks
-    n_bytes = 0
-    for chunk in chunks:
-        kind = chunk.type.value_type
-        if pa.types.is_string(kind) or pa.types.is_binary(kind):
-            lengths = pc.binary_length(chunk.dictionary)
-            at_most = len(chunk) * (pc.max(lengths).as_py() or 0)
-            if at_most > MOST_PACKED * chunk.nbytes:  # few names may be long
-                at_most = pc.sum(lengths.take(chunk.indices), min_count=0).as_py()
-            n_bytes += at_most
-    _refuse_unpacked(n_bytes, column.nbytes, source)
+    n_bytes = sum(map(_n_bytes, chunks))
+    bound.refuse(n_bytes, len(column))
     decoded = [chunk.dictionary_decode() for chunk in chunks]
     return pa.chunked_array(decoded, column.type.value_type)
+
+
+def _n_bytes(chunk):
+    """Bytes of the texts of codes, written out; of numbers they are known."""
+    kind = chunk.type.value_type
+    if not (pa.types.is_string(kind) or pa.types.is_binary(kind)):
+        return 0
+    lengths = pc.binary_length(chunk.dictionary).take(chunk.indices)
+    return pc.sum(lengths, min_count=0).as_py()
 
 
 def _said(column):

@@ -129,17 +129,23 @@ def _refuse_view(copy, name, source):
     """Refuse what is computed when it is read: nobody knows for how long."""
     connection = sqlite3.connect(f"file:{copy}?mode=ro", uri=True)
     try:
-        query = "SELECT type FROM sqlite_master WHERE lower(name) = lower(?)"
-        kinds = [kind for (kind,) in connection.execute(query, (name,))]
+        query = "SELECT type, sql FROM sqlite_master WHERE lower(name) = lower(?)"
+        found = list(connection.execute(query, (name,)))
+        query = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden > 0"
+        (n_computed,) = connection.execute(query, (name,)).fetchone()
     except sqlite3.Error as error:
         raise FileError(
             f"cannot be read: {error}", remedy="Export it again", file=source
         ) from error
     finally:
         connection.close()
-    if "view" in kinds:
+    is_virtual = any("virtual" in str(sql).lower().split()[:2] for _, sql in found)
+    if is_virtual or n_computed or "view" in [kind for kind, _ in found]:
+        name = shortened(name)
         raise FileError(
-            f"layer '{shortened(name)}' is a view, computed when it is read",
+            f"layer '{name}' has columns that are computed when it is read"
+            if n_computed
+            else f"layer '{name}' is a view, computed when it is read",
             expected="a layer that is stored",
             remedy="Export it as a layer of its own",
             file=source,

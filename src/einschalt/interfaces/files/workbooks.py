@@ -1,7 +1,8 @@
 """Tables in the sheets of workbooks: .xlsx and .ods.
 
-A cell is read as its value: what a formula gave when the workbook was saved, and
-nothing where none was saved. Formulas of .ods, macros, pictures and links do not even
+A cell is read as its value: what a formula gave when the workbook was saved; a formula
+without one is refused where it is needed. Hidden sheets are read if they are named.
+Formulas of .ods, macros, pictures and links do not even
 reach the reader, and nothing computes those of .xlsx.
 """
 
@@ -22,6 +23,7 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.tables import listed
+from einschalt.interfaces.files import workbook_sizes
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
@@ -35,13 +37,14 @@ from einschalt.interfaces.files.understood_tables import (
     meant_header,
     understood,
 )
+from einschalt.interfaces.files.workbook_parts import (
+    NO_VALUE,
+    hidden_sheets,
+    with_marks,
+)
 
 SUFFIXES = (".xlsx", ".ods")
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
-HARMLESS_BYTES = 2**28  # a million rows of ten columns
-MOST_PACKED = 100
-MOST_MEMBERS = 5000
-LARGEST_TEXT = 2**31  # of all cells together
 FORMULA = re.compile(rb"""\s(table:formula)\s*=\s*("[^"]*"|'[^']*')""")
 MOST_COLUMNS = 1000
 # NotImplementedError, of a way of packing that is not known, is a RuntimeError
@@ -68,15 +71,29 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     given = [n or f"(column {k + 1})" for k, n in enumerate(names) if is_used[k]]
     meant = meant_header(given, schema, said, source, row)
     frame.columns = list(meant.names)
+    frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
     frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
     table = understood(frame, schema, said, meant, source)
     return ReadTable(table.frame, (*([note] if note else []), *table.notes))
 
 
 def sheets_of(path, source):
-    """Cells of all sheets of a workbook that are not empty, as text, by name."""
+    """Cells of all sheets that are shown and not empty, as text, by name."""
+    sheets, hidden = _all_sheets(path, source)
+    return {name: cells for name, cells in sheets.items() if name not in hidden}
+
+
+def _all_sheets(path, source):
+    """Cells of all sheets of a workbook that are not empty, and those that are hidden.
+
+    At least one of them is shown.
+    """
     suffix = Path(path).suffix.lower()
     data = sound_copy(read_once(path, source).data, suffix, source)
+    try:
+        hidden = hidden_sheets(data)
+    except DAMAGES as error:
+        raise _damaged(source) from error
     sheets = {}
     with opened({suffix: data}, source) as (pyogrio, copy):
         for name, _ in pyogrio.list_layers(copy):
@@ -89,7 +106,14 @@ def sheets_of(path, source):
                 sheets[name] = frame
     if not sheets:
         raise FileError("the workbook is empty", remedy="Fill it", file=source)
-    return sheets
+    if hidden.issuperset(sheets):
+        raise FileError(
+            f"all sheets with anything in them are hidden: {name_some(sheets)}",
+            expected="a sheet that is shown",
+            remedy="Show it in the spreadsheet, and save the workbook again",
+            file=source,
+        )
+    return sheets, hidden.intersection(sheets)
 
 
 def _refuse_width(n_columns, source):
@@ -104,10 +128,12 @@ def _refuse_width(n_columns, source):
 
 def _sheet(path, schema, said, source):
     """Cells of the sheet that is meant, its name, and a note or None."""
-    sheets = sheets_of(path, source)
+    sheets, hidden = _all_sheets(path, source)
     if said.sheet is not None:
         if said.sheet in sheets:
-            return sheets[said.sheet], said.sheet, None
+            note = f"{source}: sheet '{said.sheet}' is hidden"
+            is_hidden = said.sheet in hidden
+            return sheets[said.sheet], said.sheet, note if is_hidden else None
         near = get_close_matches(said.sheet, sheets, n=1)
         raise FileError(
             f"holds no sheet '{shortened(said.sheet)}' with anything in it",
@@ -115,8 +141,11 @@ def _sheet(path, schema, said, source):
             remedy=f"Did you mean '{near[0]}'?" if near else "Correct sheet",
             file=source,
         )
+    sheets = {name: cells for name, cells in sheets.items() if name not in hidden}
     if len(sheets) == 1:
-        return next(iter(sheets.values())), next(iter(sheets)), None
+        note = f"{source}: hidden sheet {name_some(hidden)} is not read"
+        sheet = next(iter(sheets))
+        return sheets[sheet], sheet, note if hidden else None
     fitting = [n for n, cells in sheets.items() if _has_header(cells, schema, said)]
     if len(fitting) == 1:
         sheet, words = fitting[0], schema.name.replace("_", " ")
@@ -149,6 +178,30 @@ def _header(cells, schema, said):
         return found
     place = int(np.flatnonzero((cells != "").any(axis=1).to_numpy())[0])
     return place, cells.iloc[place].tolist()
+
+
+def _with_values(frame, schema, source):
+    """Refuse formulas without a value in columns that are read; others are empty."""
+    problems = []
+    for place, name in enumerate(frame.columns):
+        if name not in schema.names:
+            continue
+        is_formula = (frame.iloc[:, place] == NO_VALUE).to_numpy(dtype=bool)
+
+        def problem(row, name=name):
+            return TableError(
+                f"{name} is a formula without a value: no spreadsheet has computed it",
+                expected="a formula with the value that it had when it was saved",
+                remedy="Open the workbook in Excel or LibreOffice, and save it there",
+                file=source,
+                row=int(frame.index[row]),
+            )
+
+        rest = f"{name} is a formula without a value"
+        problems += listed(np.flatnonzero(is_formula), problem, rest)
+    raise_problems(problems)
+    frame = frame.replace(NO_VALUE, "")
+    return frame[(frame != "").any(axis=1)]
 
 
 def _whole_names(frame, schema, source):
@@ -194,15 +247,15 @@ def sound_copy(data, suffix, source):
             zipfile.ZipFile(copy, "w") as new,
         ):
             members = packed.infolist()
-            _refuse_size(members, len(data), source)
+            workbook_sizes.refuse_size(members, len(data), source)
             texts = {}
             for member in members:
                 name = member.filename
                 if name == "mimetype" or name.endswith((".xml", ".rels")):
                     text = packed.read(member)
-                    _refuse_entities(text, source)
-                    texts[name] = FORMULA.sub(b"", text)
-            _refuse_texts(texts, source)
+                    workbook_sizes.refuse_entities(text, source)
+                    texts[name] = FORMULA.sub(b"", with_marks(text))
+            workbook_sizes.refuse_cells(texts, source)
             for name, text in texts.items():
                 new.writestr(name, text)
     except DAMAGES as error:
@@ -217,42 +270,3 @@ def _damaged(source):
         remedy="Copy or export it again",
         file=source,
     )
-
-
-def _refuse_size(members, n_bytes, source):
-    unpacked = sum(member.file_size for member in members)
-    is_large = unpacked > max(HARMLESS_BYTES, MOST_PACKED * n_bytes)
-    if is_large or len(members) > MOST_MEMBERS:
-        raise FileError(
-            f"{n_bytes} bytes would unpack to {unpacked} bytes in {len(members)} files",
-            expected=f"a workbook that is packed at most {MOST_PACKED} times",
-            remedy="Check where the file comes from, or give the table as CSV",
-            file=source,
-        )
-
-
-def _refuse_entities(text, source):
-    head = text[:4096].upper().replace(b"\0", b"")
-    if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
-        raise FileError(
-            "the workbook defines XML entities, as no spreadsheet does",
-            expected="a workbook as a spreadsheet saves it",
-            remedy="Check where the file comes from, or give the table as CSV",
-            file=source,
-        )
-
-
-def _refuse_texts(texts, source):
-    """Refuse one long text that all cells point to."""
-    shared = texts.get("xl/sharedStrings.xml", b"")
-    longest = max(map(len, shared.split(b"</si>")), default=0)
-    n_cells = sum(
-        text.count(b't="s"') for name, text in texts.items() if "sheet" in name
-    )
-    if n_cells * longest > LARGEST_TEXT:
-        raise FileError(
-            f"{n_cells} cells with texts of up to {longest} characters",
-            expected="names and numbers",
-            remedy="Take long remarks out, or give the table as CSV",
-            file=source,
-        )

@@ -1,0 +1,57 @@
+"""Sizes of images, as reconstructions of OpenSfM have them."""
+
+from pathlib import Path
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.interfaces.files.json_text import parsed_json
+
+
+def json_of(path, source):
+    """Read JSON of OpenSfM; a FileError with the line where it is none."""
+    try:
+        return parsed_json(read_text_bytes(path, source))
+    except (ValueError, RecursionError) as error:
+        raise FileError(
+            f"is no whole JSON: {shortened(str(error), 80)}",
+            expected="JSON as OpenSfM writes it",
+            remedy="Export it again",
+            file=source,
+            row=getattr(error, "lineno", None),
+        ) from error
+
+
+def require_sizes(images, sizes, source):
+    """Refuse images whose size no reconstruction has."""
+    unknown = set(images) - set(sizes)
+    if unknown:
+        raise FileError(
+            f"the size of image {min(unknown)} is unknown",
+            expected="reconstruction.json beside it, with the cameras of all images",
+            remedy="Copy it from the project",
+            file=source,
+        )
+
+
+def image_sizes(files):
+    """Width and height of images, by name, of all reconstructions."""
+    sizes = {}
+    for file in files:
+        path = Path(file)
+        parts = json_of(file, path.name)
+        try:
+            for part in parts:
+                for image, shot in part["shots"].items():
+                    camera = part["cameras"][shot["camera"]]
+                    sizes[image] = float(camera["width"]), float(camera["height"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise damaged(path.name, f"is no reconstruction: {error}") from error
+    return sizes
+
+
+def damaged(source, found):
+    """FileError of a file that its program has not written so."""
+    return FileError(
+        found, expected="whole data", remedy="Export it again", file=source
+    )

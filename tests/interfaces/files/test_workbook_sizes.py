@@ -1,0 +1,157 @@
+"""Workbooks of a few kilobytes that would fill the memory, and some that do not."""
+
+import resource
+import sqlite3
+import zipfile
+
+import numpy as np
+import pyogrio
+import pytest
+import shapely
+
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.tables import CONTROL_POINTS
+from einschalt.interfaces.files import workbook_sizes
+from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.understood_tables import Said
+
+NAMESPACE = "http://schemas.openxmlformats.org/"
+SHEET = NAMESPACE + "spreadsheetml/2006/main"
+LINKS = NAMESPACE + "officeDocument/2006/relationships"
+PACKAGE = NAMESPACE + "package/2006/"
+KIND = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+KINDS = f"""<Types xmlns="{PACKAGE}content-types">
+<Default Extension="xml" ContentType="application/xml"/>
+<Override PartName="/xl/workbook.xml" ContentType="{KIND}.sheet.main+xml"/>
+<Override PartName="/xl/worksheets/sheet1.xml" ContentType="{KIND}.worksheet+xml"/>
+</Types>"""
+ROOT = f"""<Relationships xmlns="{PACKAGE}relationships"><Relationship Id="a"
+Type="{LINKS}/officeDocument" Target="xl/workbook.xml"/></Relationships>"""
+BOOK = f"""<workbook xmlns="{SHEET}" xmlns:r="{LINKS}"><sheets>
+<sheet name="S" sheetId="1" r:id="a"/></sheets></workbook>"""
+PARTS = f"""<Relationships xmlns="{PACKAGE}relationships">
+<Relationship Id="a" Type="{LINKS}/worksheet" Target="worksheets/sheet1.xml"/>
+<Relationship Id="b" Type="{LINKS}/sharedStrings" Target="%s"/></Relationships>"""
+MOST_MEGABYTES = 300
+
+
+def write_book(path, rows, texts=(), part="sharedStrings.xml"):
+    """A workbook of one sheet with such rows, and texts that its cells share."""
+    shared = "".join(f"<si><t>{text}</t></si>" for text in texts)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        book.writestr("[Content_Types].xml", KINDS)
+        book.writestr("_rels/.rels", ROOT)
+        book.writestr("xl/workbook.xml", BOOK)
+        book.writestr("xl/_rels/workbook.xml.rels", PARTS % part)
+        sheet = f'<worksheet xmlns="{SHEET}"><sheetData>{rows}</sheetData></worksheet>'
+        book.writestr("xl/worksheets/sheet1.xml", sheet)
+        book.writestr(f"xl/{part}", f'<sst xmlns="{SHEET}">{shared}</sst>')
+
+
+def rows_of(cells, n_rows):
+    return "".join(
+        f'<row r="{k}">{cells.format(k)}</row>' for k in range(1, n_rows + 1)
+    )
+
+
+def peak_megabytes():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+
+WIDE = rows_of('<c r="ALL{0}"><v>1</v></c>', 20_000)
+FIRST_WIDE = f"<row>{'<c/>' * 900}</row>" + rows_of("<c><v>1</v></c>", 20_000)
+HOSTILE = {
+    "a last column": (WIDE, (), "a sheet has 20000 rows and 1000 columns"),
+    "columns counted": (FIRST_WIDE, (), "a sheet has 20001 rows and 900 columns"),
+    "a long cell": (
+        f'<row><c t="inlineStr"><is><t>{"A" * 2**20}</t></is></c></row>',
+        (),
+        r"a cell holds 104\d+ bytes",
+    ),
+    "a shared text": (
+        rows_of('<c r="A{0}" t="s"><v>1</v></c>', 10_000),
+        ("a", "x" * 30_000),
+        "cells share texts, 300190000 bytes in all",
+    ),
+    "in other signs": (
+        rows_of("<c r='A{0}' t='&#115;'><v>&#49;</v></c>", 10_000),
+        ("a", "x" * 30_000),
+        "cells share texts, 300190000 bytes in all",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+@pytest.mark.parametrize("part", ["sharedStrings.xml", "other.xml"])
+def test_sheets_that_would_fill_the_memory_are_refused_before(tmp_path, kind, part):
+    rows, texts, found = HOSTILE[kind]
+    path = tmp_path / "t.xlsx"
+    write_book(path, rows, texts, part)
+    assert path.stat().st_size < 2**18
+    before = peak_megabytes()
+    with pytest.raises(FileError, match=rf"t\.xlsx: {found}; expected"):
+        understand_table(path, CONTROL_POINTS)
+    assert peak_megabytes() - before < MOST_MEGABYTES
+
+
+def test_long_remarks_beside_many_short_names_are_read(tmp_path):
+    """The longest text times all cells would be too much; the cells are not."""
+    texts = ("point_id", "easting", "northing", "note", "P", "x" * 30_000)
+    cells = '<c t="s"><v>4</v></c><c><v>1.5</v></c><c><v>2.5</v></c>'
+    head = "".join(f'<c t="s"><v>{k}</v></c>' for k in range(4))
+    long = f'<row>{cells}<c t="s"><v>5</v></c></row>'
+    path = tmp_path / "t.xlsx"
+    write_book(path, f"<row>{head}</row>{rows_of(cells, 5000)}{long}", texts)
+    frame = understand_table(path, CONTROL_POINTS).frame
+    assert frame["point_id"].eq("P").sum() == 5001
+
+
+def test_parts_in_other_letters_are_refused(tmp_path):
+    path = tmp_path / "t.xlsx"
+    write_book(path, "<row><c><v>1</v></c></row>")
+    with zipfile.ZipFile(path) as book:
+        parts = {name: book.read(name) for name in book.namelist()}
+    with zipfile.ZipFile(path, "w") as book:
+        for name, data in parts.items():
+            is_sheet = name.endswith("sheet1.xml")
+            text = data.decode().encode("utf-16") if is_sheet else data
+            book.writestr(name, text)
+    with pytest.raises(FileError, match="no UTF-8 text inside"):
+        understand_table(path, CONTROL_POINTS)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (b'<row><c r="A1"/><c r="AB1"/></row>', (12, 28)),
+        (b"<row><c/><c><v>1</v></c><c /></row><row><c/></row>", (6, 3)),
+        (b'<dimension ref="A1:XFD1"/><cols><col min="7"/></cols>', (26, 0)),
+        (b"<v>" + b"7" * 50, (53, 0)),
+        (b"", (0, 0)),
+    ],
+)
+def test_extent_of_a_sheet(text, expected):
+    assert workbook_sizes._extent(np.frombuffer(text, np.uint8)) == expected
+
+
+@pytest.mark.parametrize("kind", ["VIRTUAL", "STORED"])
+def test_columns_of_a_layer_that_are_computed_are_refused(tmp_path, kind):
+    """100 kB, of which each row would be a text of 400 MB."""
+    path = tmp_path / "t.gpkg"
+    points = shapely.to_wkb(shapely.points(np.zeros((10, 2))))
+    names = [np.array([f"P{k}" for k in range(10)], dtype=object)]
+    facts = {"layer": "l", "driver": "GPKG", "geometry_type": "Point"}
+    pyogrio.raw.write(path, points, names, ["point_id"], crs="EPSG:31255", **facts)
+    connection = sqlite3.connect(path)
+    if kind == "VIRTUAL":
+        column = "z TEXT GENERATED ALWAYS AS (hex(zeroblob(200000000))) VIRTUAL"
+        connection.execute(f"ALTER TABLE l ADD COLUMN {column}")
+    else:
+        connection.execute("ALTER TABLE l RENAME TO old")
+        columns = "fid INTEGER PRIMARY KEY, geom BLOB, point_id TEXT"
+        column = "z INT GENERATED ALWAYS AS (fid + 1) STORED"
+        connection.execute(f"CREATE TABLE l ({columns}, {column})")
+    connection.commit()
+    connection.close()
+    with pytest.raises(FileError, match="'l' has columns that are computed when"):
+        understand_table(path, CONTROL_POINTS, Said(layer="l"))

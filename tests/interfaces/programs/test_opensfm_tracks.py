@@ -1,0 +1,57 @@
+"""Tracks of OpenSfM as image points, by the sizes of the images beside them."""
+
+import json
+
+import pytest
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.programs.recognised import read_foreign
+
+V1 = "a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3\n"
+V2 = "a b.jpg\t8\t3\t-0.5\t0.5\t0.002\t1\t2\t3\t-1\t-1\n"
+HEADS = {V1: "OPENSFM_TRACKS_VERSION_v1\n", V2: "OPENSFM_TRACKS_VERSION_v2\n"}
+
+
+def written(folder, text, sizes=((4000, 3000), (3000, 4000))):
+    cameras = dict(zip(("a.jpg", "a b.jpg"), sizes, strict=True))
+    part = {
+        "cameras": {n: {"width": w, "height": h} for n, (w, h) in cameras.items()},
+        "shots": {name: {"camera": name} for name in cameras},
+    }
+    (folder / "reconstruction.json").write_text(json.dumps([part]))
+    path = folder / "tracks.csv"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("row", "expected"),
+    [  # (w - 1) / 2 + x max(w, h), and so for y
+        (V1, ["a.jpg", "7", 1999.5 + 1000.0, 1499.5 - 500.0]),
+        (V2, ["a b.jpg", "8", 1499.5 - 2000.0, 1999.5 + 2000.0]),
+    ],
+)
+def test_places_become_pixels(tmp_path, row, expected):
+    found = read_foreign(written(tmp_path, HEADS[row] + row))
+    assert found.tables["image_points"].to_numpy().tolist() == [expected]
+    assert not found.notes
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (HEADS[V1] + V1 + "a.jpg\t7\t3\t0.25\n", r"row 3: 'a\.jpg 7 3 0\.25' cannot"),
+        (HEADS[V1] + V1.replace("0.25", "nan"), "row 2: .* cannot be read"),
+        (HEADS[V1] + V1.replace("a.jpg", "c.jpg"), "size of image c.jpg is unknown"),
+        (HEADS[V1], "holds no point of a track"),
+        ("OPENSFM_TRACKS_VERSION_v9\n" + V1, "row 1: tracks of version '9'"),
+    ],
+)
+def test_damaged_tracks_are_refused_with_their_line(tmp_path, text, told):
+    with pytest.raises(EinschaltError, match=rf"tracks\.csv.*{told}"):
+        read_foreign(written(tmp_path, text))
+
+
+def test_a_last_line_without_an_end_is_noted(tmp_path):
+    found = read_foreign(written(tmp_path, HEADS[V1] + V1.rstrip("\n")))
+    assert "is its last line whole?" in found.notes[0]
