@@ -23,7 +23,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.library_errors import without_statement
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
-from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
@@ -133,10 +133,9 @@ def _gdal_options(pyogrio):
 
 
 def _as_arrow(layer):
-    frame = layer.attributes
-    columns = [column_as_arrow(frame.iloc[:, k]) for k in range(frame.shape[1])]
-    names = distinct_names(frame.columns)
-    return pa.table([*columns, layer.geometries], names=[*names, GEOMETRY])
+    table = table_as_arrow(layer.attributes)
+    names = distinct_names(table.column_names)
+    return pa.table([*table.columns, layer.geometries], names=[*names, GEOMETRY])
 
 
 def distinct_names(names):

@@ -11,6 +11,7 @@ from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import ENGLISH, written_in
 from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
@@ -248,9 +249,10 @@ def _write_tables(result, folder):
     for name in (*TABLES, *further, "failures"):
         frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
         decimals = {column: decimals_of(column) for column in frame.columns}
-        write_csv(frame, folder / f"{name}.csv", decimals=decimals)
+        table = table_as_arrow(frame)
+        write_csv(table, folder / f"{name}.csv", decimals=decimals)
         if name != "failures":
-            write_parquet(frame, folder / f"{name}.parquet")
+            write_parquet(table, folder / f"{name}.parquet")
 
 
 def _json(assessment):
