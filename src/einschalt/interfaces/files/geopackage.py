@@ -222,8 +222,9 @@ def _with_outcome(models, result):
     """Join what became of each model; one that fell out early has its reason."""
     outcome = result.models.drop_duplicates(MODEL_KEY)
     joined = models.merge(outcome, how="left", on=MODEL_KEY)
-    early = result.failures.drop_duplicates(MODEL_KEY)
-    reasons = models.merge(early[[*MODEL_KEY, "reason"]], how="left", on=MODEL_KEY)
     joined["is_usable"] = joined["is_usable"].eq(True).astype(bool)
-    joined["reason"] = joined["reason"].fillna(reasons["reason"])
+    if len(result.failures):
+        early = result.failures.drop_duplicates(MODEL_KEY)
+        reasons = models.merge(early[[*MODEL_KEY, "reason"]], how="left", on=MODEL_KEY)
+        joined["reason"] = joined["reason"].fillna(reasons["reason"])
     return joined

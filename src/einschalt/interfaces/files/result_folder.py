@@ -237,7 +237,7 @@ def tables_of(result):
     """Tables of a result by name, columns in their order; those with rows alone."""
     tables = {name: getattr(result, name) for name in TABLE_NAMES}
     return {
-        name: _ordered(frame, FIRST_COLUMNS[name])
+        name: frame[_in_order(frame.columns, FIRST_COLUMNS[name])]
         for name, frame in tables.items()
         if frame is not None and len(frame)
     }
@@ -247,9 +247,9 @@ def _write_tables(result, folder):
     # a table of its own where there is anything in it
     further = [name for name in IF_ANY if len(getattr(result, name))]
     for name in (*TABLES, *further, "failures"):
-        frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
-        decimals = {column: decimals_of(column) for column in frame.columns}
-        table = table_as_arrow(frame)
+        table = table_as_arrow(getattr(result, name))
+        table = table.select(_in_order(table.column_names, FIRST_COLUMNS[name]))
+        decimals = {column: decimals_of(column) for column in table.column_names}
         write_csv(table, folder / f"{name}.csv", decimals=decimals)
         if name != "failures":
             write_parquet(table, folder / f"{name}.parquet")
@@ -262,9 +262,9 @@ def _json(assessment):
     return as_unicode(f"{text}\n")
 
 
-def _ordered(frame, first):
-    known = [name for name in first if name in frame.columns]
-    return frame[[*known, *(name for name in frame.columns if name not in known)]]
+def _in_order(names, first):
+    known = [name for name in first if name in names]
+    return [*known, *(name for name in names if name not in known)]
 
 
 def decimals_of(column):
