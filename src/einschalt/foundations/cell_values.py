@@ -63,10 +63,12 @@ def _plain(value):
 
 def choices(raw, column):
     """Words of a column that allows a few; as :func:`numbers` gives them."""
-    text = raw.astype("object").where(raw.notna(), column.default)
-    text = text.astype(str).str.strip()
-    text = text.where(text != "", column.default)
-    is_bad = ~text.isin(column.choices).to_numpy()
+    text, is_bad = raw, np.zeros(len(raw), dtype=bool)
+    if not (_is_text(raw) and raw.isin(column.choices).all()):
+        text = raw.astype("object").where(raw.notna(), column.default)
+        text = text.astype(str).str.strip()
+        text = text.where(text != "", column.default)
+        is_bad = ~text.isin(column.choices).to_numpy()
     expected = " or ".join(column.choices)
 
     def say(value):
@@ -80,7 +82,7 @@ def choices(raw, column):
 
 def identifiers(raw):
     """Names as text without blanks around them; as :func:`numbers` gives them."""
-    is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
+    is_text = _is_text(raw)
     if is_text and are_tidy(raw):  # then nothing is to be said of any
         text = raw if raw.dtype == TEXT else raw.astype(TEXT)
         return text, np.zeros(len(raw), dtype=bool), described
@@ -94,6 +96,10 @@ def identifiers(raw):
         return f"{described(value)} is no name", "a text", "Write the name as text"
 
     return text, is_bad, say
+
+
+def _is_text(raw):
+    return pd.api.types.is_string_dtype(raw) and raw.dtype != object
 
 
 def _name(value):

@@ -324,7 +324,7 @@ def _check_values(frame, column, source):
         values, is_bad, say = cell_values.choices(raw, column)
     else:
         values, is_bad, say = cell_values.identifiers(raw)
-        if column.may_be_missing:
+        if column.may_be_missing and is_bad.any():
             is_blank = raw.isna() | (raw.astype(str).str.strip() == "")
             is_bad = is_bad & ~is_blank.to_numpy(dtype=bool)
 
