@@ -84,3 +84,20 @@ def test_a_compilation_is_told_and_a_kernel_that_is_found_is_not(monkeypatch):
     kernel._cache.load_overload(None, kernel.targetctx)  # nobody listens any more
     assert [one[:3] for one in told] == [("kept", 2, 0), ("kept", 3, 1)]
     assert 0 <= told[0].seconds <= told[1].seconds
+
+
+@compiled
+def doubled(value):
+    return 2 * value
+
+
+@compiled
+def doubled_and_one(value):
+    return doubled(value) + 1
+
+
+def test_what_other_kernels_call_has_no_way_in_from_python_until_python_calls_it():
+    assert doubled_and_one(3) == 7
+    assert not doubled.signatures
+    assert doubled(3) == 6
+    assert len(doubled.signatures) == 1

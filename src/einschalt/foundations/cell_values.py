@@ -63,10 +63,12 @@ def _plain(value):
 
 def choices(raw, column):
     """Words of a column that allows a few; as :func:`numbers` gives them."""
-    text = raw.astype("object").where(raw.notna(), column.default)
-    text = text.astype(str).str.strip()
-    text = text.where(text != "", column.default)
-    is_bad = ~text.isin(column.choices).to_numpy()
+    text, is_bad = raw, np.zeros(len(raw), dtype=bool)
+    if not (is_text(raw) and raw.isin(column.choices).all()):
+        text = raw.astype("object").where(raw.notna(), column.default)
+        text = text.astype(str).str.strip()
+        text = text.where(text != "", column.default)
+        is_bad = ~text.isin(column.choices).to_numpy()
     expected = " or ".join(column.choices)
 
     def say(value):

@@ -11,7 +11,7 @@ from einschalt.foundations.kernels import compiled
 SPLITTER = 134217729.0  # 2^27 + 1
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def add_product(high, low, a, b):
     """Add a b to high + low; returns both."""
     product = a * b

@@ -75,6 +75,11 @@ def compiled(function=None, **options):
     defaults = {"nogil": True, "no_cfunc_wrapper": True}
     kernel = numba.njit(**(defaults | options))(function)
     kernel._cache = KernelCache(kernel)  # as njit(cache=True) sets its own
+    inner = defaults | options | {"no_cpython_wrapper": True}
+    part = cache(lambda: numba.njit(**inner)(function))
+    # other kernels call it without the way in from Python, a tenth of the compiling
+    kernel.get_call_template = lambda *given: part().get_call_template(*given)
+    kernel.get_overload = lambda signature: part().get_overload(signature)
     return kernel
 
 

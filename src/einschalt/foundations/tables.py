@@ -344,7 +344,7 @@ def _check_values(frame, column, source, seen):
     else:
         is_tidy = seen.is_tidy(column.name) if column.name in seen.names else None
         values, is_bad, say = cell_values.identifiers(raw, is_tidy=is_tidy)
-        if column.may_be_missing:
+        if column.may_be_missing and is_bad.any():
             is_blank = raw.isna() | (raw.astype(str).str.strip() == "")
             is_bad = is_bad & ~is_blank.to_numpy(dtype=bool)
 

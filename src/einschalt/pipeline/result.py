@@ -98,12 +98,16 @@ class DensificationResult(Result):
         Of the solution, where there is one already.
     choice : MethodChoice, optional
         With ``method = "auto"``: which way was taken, and why.
+    compares_methods : bool, optional
+        Whether the assessment of two steps computes what one adjustment of a small
+        block would give; otherwise it only says that this can be asked for.
     """
 
     solution: TwoStepSolution | SimultaneousSolution
     stopwatch: Stopwatch = field(default_factory=Stopwatch)
     examined: Examination | None = None
     choice: MethodChoice | None = None
+    compares_methods: bool = True
 
     block = Part[Block]("solution.block")
     settings = Part[Settings]("solution.settings")

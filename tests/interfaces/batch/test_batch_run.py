@@ -105,6 +105,15 @@ def test_figures_are_those_of_the_block_alone(mixed):
     assert (row["n_suspects"], row["n_failed_models"]) == (0, 0)
 
 
+def test_a_batch_computes_no_method_that_nobody_asked_for(tmp_path, good_result):
+    es.simulate_block("demo", seed=1).write(tmp_path / "blocks" / "demo")
+    es.densify_many(tmp_path / "blocks", tmp_path / "out", workers=1)
+    told = json.loads((tmp_path / "out" / "demo" / "assessment.json").read_text())
+    assert told["is_untried"] is True
+    assert told["better"] is None
+    assert good_result.assessment.better is not None
+
+
 def test_every_broken_block_has_its_reason(mixed, breakages):
     root, table = mixed
     for name, (_, stage, reason, remedy) in breakages.items():

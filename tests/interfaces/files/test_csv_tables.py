@@ -257,6 +257,17 @@ def test_every_name_comes_back_through_a_file(tmp_path_factory, names):
     assert read_csv(path, MODEL_POINTS)["point_id"].tolist() == names
 
 
+@settings(max_examples=N_EXAMPLES, deadline=None)
+@given(name=st.text(st.sampled_from([*"=+-@'A1./(;#, \t\r\n", '"', "＝", "ö"])))
+def test_a_plain_text_is_written_as_among_texts_that_need_signs(tmp_path_factory, name):
+    """Columns of plain texts are not looked at twice: the others say what is right."""
+    folder = tmp_path_factory.mktemp("csv")
+    write_csv(pd.DataFrame({"remark": [name]}), folder / "alone.csv")
+    write_csv(pd.DataFrame({"remark": [name, "=;=\",#'"]}), folder / "both.csv")
+    alone, both = ((folder / f"{one}.csv").read_bytes() for one in ("alone", "both"))
+    assert both.startswith(alone)
+
+
 NAME = st.text(st.sampled_from([*"ab07/ ", "ö", '"']), min_size=1, max_size=4)
 TABLES = st.lists(
     st.tuples(

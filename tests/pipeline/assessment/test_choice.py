@@ -202,6 +202,13 @@ def test_of_a_large_block_one_adjustment_is_only_recommended(good_result, monkey
     assert "--method auto computes both" in lasting_summary(told)
 
 
+def test_who_does_not_compare_methods_has_the_other_one_recommended(good_result):
+    told = assess(replace(good_result, compares_methods=False))
+    assert told.is_untried
+    assert told.better is None
+    assert good_result.assessment.better is not None
+
+
 def test_nothing_is_recommended_that_cannot_be_computed(good_result, monkeypatch):
     def impossible(*_):
         raise GeometryError("no")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
+from einschalt.foundations.sparse_cholesky.nested_dissection import _sort, dissect
 from einschalt.theory.block_adjustment.model_graph import (
     Neighbours,
     chained_positions,
@@ -99,3 +99,13 @@ def _line_of(front, parent):
         line.add(front)
         front = parent[front]
     return line
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 64, 101])
+def test_models_with_the_same_key_stay_in_their_order(n):
+    rng = np.random.default_rng(n)
+    models = rng.permutation(n + 7)[:n]
+    key = rng.integers(0, 5, n + 7).astype(float)
+    expected = models[np.argsort(key[models], kind="stable")]
+    _sort(models, key)
+    np.testing.assert_array_equal(models, expected)

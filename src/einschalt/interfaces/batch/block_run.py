@@ -93,7 +93,9 @@ def _compute(task, progress):
     """Compute and write; why nothing was compared, where systems differ."""
     progress(Stage.READING)
     block = read_block(task.block, task.given)
-    result = densify(block, block.settings, progress=progress)
+    # the table of a batch tells nothing of the method that was not asked for
+    options = {"progress": progress, "compares_methods": False}
+    result = densify(block, block.settings, **options)
     progress(Stage.ASSESSMENT)
     result.assessment  # noqa: B018
     progress(Stage.WRITING)

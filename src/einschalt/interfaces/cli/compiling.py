@@ -8,7 +8,7 @@ from einschalt.foundations.kernels import compilations_told_to
 PAUSE = 2.0  # seconds between two of these texts
 ENOUGH = 3  # kernels after which the time of the others can be guessed
 # that a block of the kind makes use of, as counted for the example blocks
-IN_THE_PLANE, FROM_IMAGES = 42, 100
+IN_THE_PLANE, FROM_IMAGES = 30, 42
 
 
 def usual_kernels(block) -> int:

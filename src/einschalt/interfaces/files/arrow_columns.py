@@ -1,6 +1,17 @@
-"""Columns of pandas as columns of Arrow, on their way into a file."""
+"""Tables of pandas as tables of Arrow, on their way into a file."""
 
 import pyarrow as pa
+
+
+def table_as_arrow(frame):
+    """Turn a table into one of Arrow, without its index; one that is such stays.
+
+    So a table that goes into several files is turned once. Every column is one piece.
+    """
+    if isinstance(frame, pa.Table):
+        return frame
+    columns = [column_as_arrow(series) for _, series in frame.items()]
+    return pa.table(columns, names=[str(name) for name in frame.columns])
 
 
 def column_as_arrow(series):

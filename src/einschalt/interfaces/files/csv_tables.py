@@ -29,7 +29,7 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.tables import LINE, check_table, listed
-from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.csv_headers import COMMENT, SEPARATORS, read_header
 from einschalt.interfaces.files.csv_parts import (
@@ -62,6 +62,8 @@ INNER_MARKED = f"(; *)'('*[\t\r]*[{SIGNS}])"
 MAY_BE_EITHER = f"^['\t\r{SIGNS}]"  # a formula, or what is marked as one
 # an apostrophe of our own, or one that would be taken for it
 MARKED = f"^'('*[\t\r{SIGNS}])"
+# what needs neither quotes nor an apostrophe, as almost every text
+PLAIN = f"^([^\t'{SIGNS}{COMMENT}{SPECIAL};][^{SPECIAL};]*)?$"
 END_OF_DOS = b"\x1a"  # Ctrl-Z, with which old programs end a text
 LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print
@@ -263,13 +265,14 @@ class _Rows:
 def write_csv(frame, path, *, decimals=None):
     """Write a table without its index as CSV, whole or not at all.
 
-    ``decimals`` has, by column, how many are kept; every other number is written with
-    as many digits as bring it back unchanged.
+    Of pandas or of ``table_as_arrow``. ``decimals`` has, by column, how many are kept;
+    every other number is written with as many digits as bring it back unchanged.
     """
-    names = [str(name) for name in frame.columns]
+    given = table_as_arrow(frame)
+    names = given.column_names
     columns = [
-        _as_arrow(frame.iloc[:, place], (decimals or {}).get(name))
-        for place, name in enumerate(names)
+        _as_written(column, (decimals or {}).get(name))
+        for name, column in zip(names, given.columns, strict=True)
     ]
     with replacing(path) as hidden, hidden.open("wb") as file:
         file.write(
@@ -284,8 +287,8 @@ def write_csv(frame, path, *, decimals=None):
             arrow_csv.write_csv(table, file, options)
 
 
-def _as_arrow(series, decimals):
-    values = column_as_arrow(series)
+def _as_written(column, decimals):
+    (values,) = column.chunks
     if _is_text(values):
         return _harmless(values)
     if decimals is None or not pa.types.is_floating(values.type):
@@ -298,6 +301,8 @@ def _as_arrow(series, decimals):
 
 def _harmless(texts):
     """Put an apostrophe before what a spreadsheet would compute."""
+    if _are_plain(texts):
+        return texts
     if pc.any(pc.match_substring(texts, ";")).as_py():
         texts = pc.replace_substring_regex(texts, INNER_FORMULA, r"\1'\2")
     if not pc.any(pc.match_substring_regex(texts, MAY_BE_EITHER)).as_py():
@@ -318,8 +323,12 @@ def _is_text(values):
     return pa.types.is_string(values.type) or pa.types.is_large_string(values.type)
 
 
+def _are_plain(texts):
+    return pc.all(pc.match_substring_regex(texts, PLAIN), min_count=0).as_py()
+
+
 def _has_special(values):
-    if not _is_text(values):
+    if not _is_text(values) or _are_plain(values):
         return False
     found = (pc.any(pc.match_substring(values, sign)).as_py() for sign in SPECIAL)
     return any(found) or pc.any(pc.starts_with(values, COMMENT)).as_py()

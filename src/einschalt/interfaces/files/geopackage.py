@@ -23,7 +23,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.library_errors import without_statement
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
-from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
@@ -133,10 +133,9 @@ def _gdal_options(pyogrio):
 
 
 def _as_arrow(layer):
-    frame = layer.attributes
-    columns = [column_as_arrow(frame.iloc[:, k]) for k in range(frame.shape[1])]
-    names = distinct_names(frame.columns)
-    return pa.table([*columns, layer.geometries], names=[*names, GEOMETRY])
+    table = table_as_arrow(layer.attributes)
+    names = distinct_names(table.column_names)
+    return pa.table([*table.columns, layer.geometries], names=[*names, GEOMETRY])
 
 
 def distinct_names(names):
@@ -223,8 +222,9 @@ def _with_outcome(models, result):
     """Join what became of each model; one that fell out early has its reason."""
     outcome = result.models.drop_duplicates(MODEL_KEY)
     joined = models.merge(outcome, how="left", on=MODEL_KEY)
-    early = result.failures.drop_duplicates(MODEL_KEY)
-    reasons = models.merge(early[[*MODEL_KEY, "reason"]], how="left", on=MODEL_KEY)
     joined["is_usable"] = joined["is_usable"].eq(True).astype(bool)
-    joined["reason"] = joined["reason"].fillna(reasons["reason"])
+    if len(result.failures):
+        early = result.failures.drop_duplicates(MODEL_KEY)
+        reasons = models.merge(early[[*MODEL_KEY, "reason"]], how="left", on=MODEL_KEY)
+        joined["reason"] = joined["reason"].fillna(reasons["reason"])
     return joined

@@ -26,7 +26,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.key_columns import MANY
 from einschalt.foundations.names import TEXT
 from einschalt.interfaces.files import unpacked_sizes
-from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.parquet_batches import has_deltas, in_batches
@@ -338,10 +338,7 @@ def _whole_as_text(column):
 
 def write_parquet(frame, path):
     """Write a table without its index as Parquet, whole or not at all."""
-    table = pa.table(
-        [column_as_arrow(frame.iloc[:, place]) for place in range(frame.shape[1])],
-        names=[str(name) for name in frame.columns],
-    )
+    table = table_as_arrow(frame)
     # pyarrow takes names of files only where they are Unicode
     with replacing(path) as hidden, hidden.open("wb") as file:
         parquet.write_table(

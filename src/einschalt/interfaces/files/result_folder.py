@@ -11,6 +11,7 @@ from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import ENGLISH, written_in
 from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
@@ -236,7 +237,7 @@ def tables_of(result):
     """Tables of a result by name, columns in their order; those with rows alone."""
     tables = {name: getattr(result, name) for name in TABLE_NAMES}
     return {
-        name: _ordered(frame, FIRST_COLUMNS[name])
+        name: frame[_in_order(frame.columns, FIRST_COLUMNS[name])]
         for name, frame in tables.items()
         if frame is not None and len(frame)
     }
@@ -246,11 +247,12 @@ def _write_tables(result, folder):
     # a table of its own where there is anything in it
     further = [name for name in IF_ANY if len(getattr(result, name))]
     for name in (*TABLES, *further, "failures"):
-        frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
-        decimals = {column: decimals_of(column) for column in frame.columns}
-        write_csv(frame, folder / f"{name}.csv", decimals=decimals)
+        table = table_as_arrow(getattr(result, name))
+        table = table.select(_in_order(table.column_names, FIRST_COLUMNS[name]))
+        decimals = {column: decimals_of(column) for column in table.column_names}
+        write_csv(table, folder / f"{name}.csv", decimals=decimals)
         if name != "failures":
-            write_parquet(frame, folder / f"{name}.parquet")
+            write_parquet(table, folder / f"{name}.parquet")
 
 
 def _json(assessment):
@@ -260,9 +262,9 @@ def _json(assessment):
     return as_unicode(f"{text}\n")
 
 
-def _ordered(frame, first):
-    known = [name for name in first if name in frame.columns]
-    return frame[[*known, *(name for name in frame.columns if name not in known)]]
+def _in_order(names, first):
+    known = [name for name in first if name in names]
+    return [*known, *(name for name in names if name not in known)]
 
 
 def decimals_of(column):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import point_layers, workbooks
+from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.parquet_tables import understand_parquet, write_parquet
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID, ReadTable
@@ -50,7 +51,8 @@ def write_table(frame, path):
 
 def write_in_both_formats(tables, folder, *, decimals=None):
     """Write each table by its name, as .csv with so many decimals and as .parquet."""
-    for name, table in tables.items():
+    for name, frame in tables.items():
+        table = table_as_arrow(frame)
         write_csv(table, folder / f"{name}.csv", decimals=decimals)
         write_parquet(table, folder / f"{name}.parquet")
 

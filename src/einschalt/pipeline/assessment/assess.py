@@ -148,6 +148,7 @@ def assess(result) -> Assessment:
             result.points, tolerance_of(examined.settings), examined.checked
         ),
         **of_its_way,
+        **_of_other_method(examined, is_asked_for=result.compares_methods),
     )
 
 
@@ -160,6 +161,16 @@ def _is_supported(examined, *, is_grave):
     if isinstance(examined, SimultaneousExamination):  # s_0 is its test
         is_tested = is_tested or examined.adjustment.redundancy > 0
     return True if is_tested else None
+
+
+def _of_other_method(examined, *, is_asked_for):
+    if isinstance(examined, SimultaneousExamination):  # the two steps stand beside it
+        return {"better": better_beside(examined), "is_untried": False}
+    is_compared = is_asked_for and is_tried(examined)
+    return {
+        "better": adjustment_beside(examined) if is_compared else None,
+        "is_untried": is_untried(examined) and not is_compared,
+    }
 
 
 @singledispatch
@@ -175,8 +186,6 @@ def _(examined: TwoStepExamination):
             findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
-        "better": adjustment_beside(examined),
-        "is_untried": is_untried(examined) and not is_tried(examined),
         "control_strain": displaced_control_facts(examined),
     }
 
@@ -190,7 +199,5 @@ def _(examined: SimultaneousExamination):
             is_coupled=examined.settings.outliers == "keep",
         ),
         "precision": simultaneous_precision(examined),
-        "better": better_beside(examined),
-        "is_untried": False,
         "control_strain": suspect_control_facts(examined),
     }

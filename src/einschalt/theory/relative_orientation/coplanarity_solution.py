@@ -291,7 +291,7 @@ def is_searched(found, place, n, squares):
     As long as nothing convincing is found, or if there are so few points that several
     solutions convince, all places of the lattice are tried.
     """
-    if place == MOST_STARTS or not np.min(squares) < np.inf:
+    if place == MOST_STARTS or not squares[np.argmin(squares)] < np.inf:
         return True
     if place < FEW_STARTS or n <= MOST_AMBIGUOUS:
         return False
@@ -306,8 +306,14 @@ def is_searched(found, place, n, squares):
 def has_rival(found, best):
     """Whether a solution that differs from the best fits about as well."""
     for row in found:
-        is_other = np.sum(row[3:12] * found[best, 3:12]) < SAME_TRACE
+        trace = 0.0
+        for i in range(3, 12):
+            trace += row[i] * found[best, i]
         is_possible = row[COST] < found[best, COST] + 0.5 * IN_FRONT_REWARD
-        if is_other and is_possible and row[MISFIT] < found[best, MISFIT] + TELLING:
+        if (
+            trace < SAME_TRACE
+            and is_possible
+            and row[MISFIT] < found[best, MISFIT] + TELLING
+        ):
             return True
     return False
