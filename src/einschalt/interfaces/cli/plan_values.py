@@ -14,7 +14,7 @@ from einschalt.pipeline.planning.arguments import (
     planned_model,
 )
 from einschalt.pipeline.planning.cameras import CAMERAS, CameraPreset
-from einschalt.pipeline.planning.costs import PlanCosts
+from einschalt.pipeline.planning.search import PlanCosts
 from einschalt.theory.planning.kovarik_precision import PlannedModel
 
 MOST_STEPS = 1_000_000

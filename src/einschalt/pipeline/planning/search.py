@@ -21,7 +21,6 @@ from einschalt.pipeline.planning.cameras import (
     flown_columns,
     within_height,
 )
-from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
 from einschalt.pipeline.planning.text import (
@@ -61,6 +60,25 @@ OUTSIDE = 0.5
 """Of models: what of two opposite ones may lie beyond the border of an area."""
 AT_THE_BORDER = 1.5
 """Of steps of control: a row stands on the border, and models beyond it want more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanCosts:
+    """What a plan is ranked by, in any one currency."""
+
+    # image, model, setting, control_point: to fly and develop an image, to orient a
+    # model, to set a point once, to survey a control point
+    image: float = 10.0
+    model: float = 20.0
+    setting: float = 0.5
+    control_point: float = 100.0
+
+    def __post_init__(self):
+        """Check the costs."""
+        allowed = Range(0, 1e9)
+        ranges = dict.fromkeys(self.__dataclass_fields__, allowed)
+        for problem in problems_in(self, ranges):
+            raise problem
 
 
 @dataclass(frozen=True, kw_only=True)
