@@ -145,7 +145,9 @@ class PropagatedBlock:
     of_new_points: np.ndarray  # errors of the new points, TOTAL [m]
     n_high_models: int
     n_low_models: int
-    # gives points, values and parts of ExpectedPrecision, and the m_0 of the low flight
+    # what control and both flights contribute, root mean square, TOTAL [m]
+    parts: dict[str, float]
+    # gives points and values of ExpectedPrecision, and the m_0 of the low flight
     details: Callable[[], tuple]
 
     @property
@@ -153,16 +155,21 @@ class PropagatedBlock:
         """Root mean square of the errors of the new points, TOTAL [m]."""
         return _rms(self.of_new_points)
 
+    @property
+    def share_of_control(self) -> float:
+        """Part of the variance of the new points that control makes."""
+        return (self.parts["control"] / self.mean) ** 2
+
     @cached_property
     def expected(self) -> ExpectedPrecision:
         """All that is expected of the block, also of every single value."""
-        points, values, parts, m_0 = self.details()
+        points, values, m_0 = self.details()
         return ExpectedPrecision(
             design=self.design,
             points=points,
             values=values,
             figures=_figures(self.mean, points, values, m_0),
-            parts=parts,
+            parts=self.parts,
             formula=self.design.after_kovarik(m_0),
             n_high_models=self.n_high_models,
             n_low_models=self.n_low_models,
@@ -222,11 +229,12 @@ def _by_arrays(scene, design, weighting):
             }
         )
         points = _placed(points, scene.truth(), scene.geometry)
-        parts = _parts(flights.errors, ~is_control)
-        return points, _table_of_values(scene, flights), parts, flights.m_0
+        return points, _table_of_values(scene, flights), flights.m_0
 
     numbers = (scene.layouts[flight].n_models for flight in FLIGHTS)
-    return PropagatedBlock(design, weighting, total[~is_control], *numbers, details)
+    parts = _parts(flights.errors, ~is_control)
+    of_new_points = total[~is_control]
+    return PropagatedBlock(design, weighting, of_new_points, *numbers, parts, details)
 
 
 def _plane_flight(scene, flight):
@@ -287,8 +295,7 @@ def _through_stages(block, design, means):
         values = _values(block, solution.single_values, of_values)
         if solution.means.is_rigorous:
             placed["standard_error_paper"] = _of_plain_means(placed, values)
-        parts = _parts(solution.errors, is_new)
-        return placed, values, parts, solution.figures.m_0_low
+        return placed, values, solution.figures.m_0_low
 
     return PropagatedBlock(
         design,
@@ -296,6 +303,7 @@ def _through_stages(block, design, means):
         points.loc[is_new, "standard_error_total"].to_numpy(),
         len(solution.high.transformation.models),
         len(solution.low.models),
+        _parts(solution.errors, is_new),
         details,
     )
 
