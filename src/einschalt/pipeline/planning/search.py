@@ -11,6 +11,7 @@ from einschalt.foundations.typesetting import per_cent
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.arguments import (
+    PlanCosts,
     checked_axis,
     checked_choice,
     checked_number,
@@ -60,25 +61,6 @@ OUTSIDE = 0.5
 """Of models: what of two opposite ones may lie beyond the border of an area."""
 AT_THE_BORDER = 1.5
 """Of steps of control: a row stands on the border, and models beyond it want more."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlanCosts:
-    """What a plan is ranked by, in any one currency."""
-
-    # image, model, setting, control_point: to fly and develop an image, to orient a
-    # model, to set a point once, to survey a control point
-    image: float = 10.0
-    model: float = 20.0
-    setting: float = 0.5
-    control_point: float = 100.0
-
-    def __post_init__(self):
-        """Check the costs."""
-        allowed = Range(0, 1e9)
-        ranges = dict.fromkeys(self.__dataclass_fields__, allowed)
-        for problem in problems_in(self, ranges):
-            raise problem
 
 
 @dataclass(frozen=True, kw_only=True)
