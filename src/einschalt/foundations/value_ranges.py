@@ -45,12 +45,11 @@ def problems_in(owner, ranges) -> list[EinschaltError]:
     >>> from types import SimpleNamespace
     >>> relief = SimpleNamespace(relief=-1.0)
     >>> print(problems_in(relief, {"relief": Range(0, 100, "metres")})[0])
-    SimpleNamespace: relief = -1.0; expected 0 to 100 metres.
+    relief = -1.0; expected 0 to 100 metres.
     """
-    section = type(owner).__name__
     return [
         SettingsError(
-            f"{section}: {name} = {described(getattr(owner, name))}",
+            f"{name} = {described(getattr(owner, name))}",
             expected=str(allowed),
             remedy=allowed.likely_slip,
         )

@@ -53,6 +53,7 @@ def expect_precision(
     design: FlightDesign,
     *,
     coverage_mean: Literal["all", "most_central"] = "all",
+    weighting: Literal["auto", "plain", "weighted", "rigorous"] = "auto",
     seed: int = 0,
 ) -> ExpectedPrecision:
     """Compute the precision of a planned block by propagation on its layout.
@@ -63,6 +64,9 @@ def expect_precision(
         Both flights, the spacing of the points and the control.
     coverage_mean : {"all", "most_central"}
         As in :class:`einschalt.Settings`.
+    weighting : {"auto", "plain", "weighted", "rigorous"}
+        Mean of a point's values, as in :class:`einschalt.Settings`: where nothing is
+        said, that of least variance, as densify takes it.
     seed : int
         Of the layout: points are displaced at random about a lattice.
 
@@ -84,9 +88,8 @@ def expect_precision(
     >>> expected.figures.paper_mean < expected.figures.mean
     True
     """
-    found = expected_precision.expect_precision(
-        design, coverage_mean=coverage_mean, seed=seed
-    )
+    means = {"coverage_mean": coverage_mean, "weighting": weighting}
+    found = expected_precision.expect_precision(design, **means, seed=seed)
     return ExpectedPrecision(**plain_fields(found))
 
 

@@ -22,13 +22,29 @@ def expected():
     return expect_precision(DESIGN)
 
 
-def test_figures_are_those_of_the_block_itself(expected):
+@pytest.mark.parametrize("weighting", ["auto", "plain", "weighted", "rigorous"])
+def test_figures_are_those_of_the_block_itself(weighting):
+    expected = expect_precision(DESIGN, weighting=weighting)
     block = es.simulate_block(seed=0, geometry=DESIGN.geometry(), noise=DESIGN.noise())
-    result = es.densify(block, es.Settings(weighting="plain"))
+    result = es.densify(block, es.Settings(weighting=weighting))
     assert expected.figures.mean == pytest.approx(result.figures.mean_total, rel=1e-12)
     paper = result.figures.mean_paper
+    if result.solution.means.is_rigorous:  # the formula is one of plain means
+        of_values = result.single_values.groupby("point_id")["standard_error_paper"]
+        of_points = of_values.agg(lambda errors: np.mean(errors**2) / len(errors))
+        is_new = result.points.set_index("point_id")["role"] == "new"
+        paper = np.sqrt(of_points[is_new].mean())
     assert expected.figures.paper_mean == pytest.approx(paper, rel=1e-12)
     assert len(expected.values) == len(result.single_values)
+
+
+def test_expected_is_what_densify_does_if_nothing_is_asked(expected):
+    assert expected.figures == expect_precision(DESIGN, weighting="rigorous").figures
+    plain = expect_precision(DESIGN, weighting="plain").figures
+    assert 0.95 * plain.mean < expected.figures.mean < 0.99 * plain.mean
+    # the most central values have plain means, as they have in densify
+    central = expect_precision(DESIGN, coverage_mean="most_central").figures
+    assert central.mean > expected.figures.mean
 
 
 def test_one_model_alone_is_the_point_itself():
@@ -156,16 +172,19 @@ def test_an_area_of_control_alone_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("kind", "scale_number", "n_coverages"),
+    ("kind", "scale_number", "n_coverages", "weighting"),
     # at 1:33000 the map bends the models of both flights
     [
-        ("affine", 8000, 2),
-        ("helmert", 8000, 1),
-        ("rigid", 8000, 2),
-        ("affine", 33000, 2),
+        ("affine", 8000, 2, "plain"),
+        ("affine", 8000, 2, "rigorous"),
+        ("helmert", 8000, 1, "auto"),
+        ("rigid", 8000, 2, "auto"),
+        ("affine", 33000, 2, "auto"),
     ],
 )
-def test_arrays_give_what_the_stages_give(kind, scale_number, n_coverages, monkeypatch):
+def test_arrays_give_what_the_stages_give(
+    kind, scale_number, n_coverages, weighting, monkeypatch
+):
     spacing = scale_number / 20.0
     design = FlightDesign(
         scale_number=scale_number,
@@ -176,13 +195,13 @@ def test_arrays_give_what_the_stages_give(kind, scale_number, n_coverages, monke
         width=25.0 * spacing,
         height=20.0 * spacing,
     )
-    by_arrays = expect_precision(design)
+    by_arrays = expect_precision(design, weighting=weighting)
 
     def refuse(*_flights):
         raise UnusableModelError
 
     monkeypatch.setattr(expected_precision, "propagate_flights", refuse)
-    by_stages = expect_precision(design)
+    by_stages = expect_precision(design, weighting=weighting)
     for name in ("points", "values"):
         one, other = getattr(by_arrays, name), getattr(by_stages, name)
         pd.testing.assert_frame_equal(one, other, rtol=1e-12, atol=1e-15)

@@ -84,6 +84,34 @@ def test_no_camera_is_above_the_limit(terrain, follows):
         )
 
 
+def ditches(east, north):
+    """Cuts of 30 m, narrower than photographs of the low flight are apart."""
+    return 500.0 - 30.0 * (np.abs((east - 5.0) % 60.0 - 30.0) < 4.0) + 0.0 * north
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_the_limit_holds_between_photographs_too(follows):
+    layout, plan, frame = laid_out()
+    axes = np.arange(-100.0, 701.0, 2.0), np.arange(-100.0, 501.0, 10.0)
+    plane = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    heights = GroundHeights(plane, ditches(*plane.T), "ground.xyz").over(AREA)
+    flown = flight_plan(layout, plan, frame, heights, follows=follows).photographs
+    worst = 0.0
+    for _, line in flown.groupby("line_id"):
+        names = ["easting", "northing", "altitude"]
+        place = line[names].to_numpy()
+        way = np.arange(0.0, len(line) - 1.0, 0.01)
+        east, north, altitude = (
+            np.interp(way, np.arange(len(line)), part) for part in place.T
+        )
+        is_known = (np.abs(east - 300.0) < 390.0) & (np.abs(north - 200.0) < 290.0)
+        above = altitude - heights.straight_below(np.column_stack([east, north]))
+        worst = max(worst, above[is_known].max(initial=0.0))
+    assert worst > LIMIT - 1.0
+    # half a metre from what was looked at: the line falls by up to 0.9 m in each metre
+    assert worst < LIMIT + 0.5
+
+
 def test_a_line_that_is_lowered_keeps_one_altitude_and_its_own_scale():
     layout, plan, frame = laid_out()
     flown = flight_plan(layout, plan, frame, heights_of(slope), follows=False)

@@ -36,6 +36,35 @@ def test_points_of_both_models_gain_by_the_mean(flight, control):
     assert total[middle].mean() < total[~middle].mean()
 
 
+def _total_of_shared(flight, control, weighting):
+    """TOTAL variances of the points that both models hold."""
+    found = propagate_flights(flight, flight, control, weighting)
+    total = found.errors.covariance.trace(axis1=1, axis2=2)
+    return total[PLACES[found.point, 0] == 2]
+
+
+def test_weights_of_least_variance_spare_the_weaker_model(flight, control):
+    # alike models have equal weights
+    plain, best = (
+        _total_of_shared(flight, control, weighting)
+        for weighting in ("plain", "rigorous")
+    )
+    assert best == pytest.approx(plain, rel=1e-9)
+    weaker = replace(flight, **_without_a_side(flight))
+    plain, best = (
+        _total_of_shared(weaker, control, weighting)
+        for weighting in ("plain", "rigorous")
+    )
+    assert best.sum() < 0.998 * plain.sum()
+
+
+def _without_a_side(flight):
+    is_kept = np.ones(len(flight.model), dtype=bool)
+    is_kept[[-1, -4]] = False
+    names = ("model", "point", "xy")
+    return {name: getattr(flight, name)[is_kept] for name in names}
+
+
 def test_without_measuring_errors_control_alone_remains(flight, control):
     rows = flight.model == 0
     model, point, xy = (part[rows] for part in (flight.model, flight.point, flight.xy))

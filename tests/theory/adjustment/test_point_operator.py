@@ -142,6 +142,21 @@ def test_full_matrices_have_the_covariances_of_sparse_ones(axes, monkeypatch):
     assert between[2] == pytest.approx(full.covariances(SIZES)[3])
 
 
+@pytest.mark.parametrize("is_full", [False, True])
+@pytest.mark.parametrize("axes", Axes)
+def test_covariances_go_through_that_of_all_points_between(axes, is_full):
+    chain = random_operator(axes, SHAPES)
+    first, rest = (
+        PointOperator(f, axes) for f in (chain.factors[:1], chain.factors[1:])
+    )
+    if is_full:
+        rest = PointOperator((numbers_of(rest),), axes)
+    pairs = np.array([[0, 1], [1, 0], [3, 3], [2, 0]])
+    found = first.covariances_of(rest.joint_covariance(SIZES), pairs)
+    direct = chain.covariances_between(pairs, SIZES)
+    np.testing.assert_allclose(found, direct, atol=1e-12)
+
+
 @pytest.mark.parametrize("axes", [Axes.PLANE, Axes.SPACE])
 def test_every_coordinate_may_have_a_size_of_its_own(axes):
     chain = random_operator(axes, SHAPES)

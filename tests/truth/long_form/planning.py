@@ -21,7 +21,7 @@ from einschalt.theory.planning.expected_precision import expected_parts
 
 # by the first word of a design: so many that the figures are known to 0.01
 N_BLOCKS = {"film": 40, "DMC": 32, "UltraCam": 48, "UAV": 100}
-WITHIN_5_PERCENT = {"low": 0.95, "high": 1.05}
+WITHIN_3_PERCENT = {"low": 0.97, "high": 1.03}
 
 
 def flown_with(camera, scale_number, spacing, m_g_um, **more):
@@ -82,7 +82,7 @@ def tables():
             f"Planned precision, {len(DESIGNS)} designs",
             "Expected error divided by true error, root mean squares: for the mean of "
             "all values of a point, and for the values of one model at the edge "
-            "(bounds 0.95 to 1.05). The last columns give the true error of the mean, "
+            "(bounds 0.97 to 1.03). The last columns give the true error of the mean, "
             "and the expectations of the closed estimate and of the formula of 1971.",
             (
                 "design",
@@ -113,8 +113,8 @@ def _row(name):
     return (
         name,
         f"{n_blocks}",
-        over_truth(figures.mean, mean, **WITHIN_5_PERCENT),
-        over_truth(figures.single_edge, edge, **WITHIN_5_PERCENT),
+        over_truth(figures.mean, mean, **WITHIN_3_PERCENT),
+        over_truth(figures.single_edge, edge, **WITHIN_3_PERCENT),
         over_truth(figures.single_centre, centre),
         Figure(100.0 * np.sqrt(mean.mean()), form=".2f"),
         Figure(over_truth(closed, mean).value, form=".2f"),

@@ -9,12 +9,12 @@ import numpy as np
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.planning.arguments import (
+    PlanCosts,
     checked_choice,
     checked_number,
     planned_model,
 )
 from einschalt.pipeline.planning.cameras import CAMERAS, CameraPreset
-from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.theory.planning.kovarik_precision import PlannedModel
 
 MOST_STEPS = 1_000_000

@@ -1,6 +1,7 @@
-"""What a planner may ask for: ranges, and what the numbers say of their units."""
+"""What a planner may ask for: ranges, what numbers say of their units, and prices."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from difflib import get_close_matches
 from numbers import Real
 
@@ -10,7 +11,7 @@ from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
-from einschalt.foundations.value_ranges import Range
+from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.theory.planning.kovarik_precision import EDGES, PlannedModel
 from einschalt.theory.planning.leverage import LEAST_POINTS, PLANNED_KINDS
 
@@ -39,6 +40,25 @@ RANGES = {
     ),
 }
 MOST_COMBINATIONS = 20_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanCosts:
+    """What a plan is ranked by, in any one currency."""
+
+    # image, model, setting, control_point: to fly and develop an image, to orient a
+    # model, to set a point once, to survey a control point
+    image: float = 10.0
+    model: float = 20.0
+    setting: float = 0.5
+    control_point: float = 100.0
+
+    def __post_init__(self):
+        """Check the costs."""
+        allowed = Range(0, 1e9)
+        ranges = dict.fromkeys(self.__dataclass_fields__, allowed)
+        for problem in problems_in(self, ranges):
+            raise problem
 
 
 def checked_axis(name, values):

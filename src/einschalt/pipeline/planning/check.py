@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy.special import ndtr
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.kept_texts import retold
@@ -26,6 +27,10 @@ MOST_TRIED, PATIENCE = 8, 3
 WORK_OF_CHECK = 6e6
 """Of one layout, as ``FlightDesign.most_work``: a second at most."""
 MOST_REFUSED = 60  # layouts that cannot be flown
+WEIGHT_OF_ESTIMATE = 0.5  # beside 1 of a layout that was propagated
+# of the logarithm of the error that is likely
+SAME_LAYOUT, OTHER_LAYOUT = 0.01, 0.1
+LEAST_GAIN = 0.02  # expected saving that a layout more is worth
 LAYOUT = (
     "scale_number",
     "high_scale_number",
@@ -120,12 +125,14 @@ def check_plans(
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
 
-    So many as ``most`` are propagated, the cheapest first, until ``enough`` are kept;
-    those that cannot be laid out are not among them, nor tried with other settings,
-    which have the same layout. After ``patience`` misses, what a layout is worse than
-    the closed estimate is asked of the next ones as well. Where none is kept, it is the
-    best of these. With one coverage gross errors stay unseen: such plans are tried only
-    where the search has no others. EinschaltError where not one can be laid out.
+    So many as ``most`` are propagated: always the cheapest that is likely to be kept,
+    by the closed estimate and what layouts have shown of it, until ``enough`` are and
+    no cheaper one is likely to be. Those that cannot be laid out are not among them,
+    nor tried with other settings, which have the same layout. After ``patience``
+    misses, what a layout is worse than the closed estimate is asked of all. Where none
+    is kept, it is the best of these. With one coverage gross errors stay unseen: such
+    plans are tried only where the search has no others. EinschaltError where not one
+    can be laid out.
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
     of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
@@ -134,9 +141,9 @@ def check_plans(
     cost = cost or (lambda plan: plan["cost"])
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     tried, refused, dropped = [], [], {}
-    trials = _Trials(_to_be_tried(search), search.target, patience)
+    trials = _Trials(_with_several_coverages(search), search.target, patience, enough)
     while len(tried) < most and len(refused) < MOST_REFUSED:
-        plan = trials.next(is_one_kept=any(one.is_kept for one, _ in tried))
+        plan = trials.next()
         if plan is None:
             break
         if progress is not None:
@@ -149,13 +156,11 @@ def check_plans(
             trials.refuse(plan)
             dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {error}"
             continue
-        reached = found[0].reached
-        trials.learn(plan, reached)
+        trials.learn(found[0])
         tried.append(found)
         if not found[0].is_kept:
-            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {_in_cm(reached)}"
-        if sum(one.is_kept for one, _ in tried) == enough or not trials.promise:
-            break
+            reached = _in_cm(found[0].reached)
+            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {reached}"
     return _best_of(tried, refused, dropped, cost)
 
 
@@ -193,36 +198,70 @@ def _nearest_of(tried, refused, dropped, cost):
 
 @dataclass
 class _Trials:
-    """The plans that are left to be tried, the cheapest first."""
+    """The plans that are left to be tried, and what the others have shown of them."""
 
     plans: pd.DataFrame
     target: float
-    patience: int  # misses that nothing is learnt from
+    patience: int  # misses before all plans are taken to be as bad
+    enough: int  # plans that are kept
 
     def __post_init__(self):
-        self.is_left = np.ones(len(self.plans), dtype=bool)
-        self.limit = np.inf  # of the closed estimate
+        n_plans = len(self.plans)
+        self.closed, self.cost = (
+            self.plans[name].to_numpy(dtype=float) for name in ("reached", "cost")
+        )
+        self.m_g = m_g_of_mean(
+            *(self.plans[name].to_numpy() for name in ("m_g_um", "n_settings"))
+        )
+        self.steps = _steps_of(self.plans)
+        self.is_left = np.ones(n_plans, dtype=bool)
+        self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
+        self.weight = np.full(n_plans, WEIGHT_OF_ESTIMATE)
+        self.log_ratio = np.zeros(n_plans)  # sums of weights times log reached/closed
+        self.kept, self.missed = [], []  # costs; reached over the closed estimate
 
-    def next(self, *, is_one_kept):
-        """Give the cheapest below the limit that is left.
+    def next(self):
+        """Give the plan that is to be tried next, None where none is worth it.
 
-        Where there is none, the most precise, unless one is kept already.
+        The cheapest of those left that is likely to be kept, or else the most precise
+        of all; where ``enough`` are kept, what promises most to be cheaper.
         """
-        reached = self.plans["reached"].to_numpy()
-        is_good = self.is_left & (reached <= self.limit)
-        if not self.is_left.any() or (is_one_kept and not is_good.any()):
+        if not self.is_left.any():
             return None
-        place = int(np.argmin(np.where(self.is_left, reached, np.inf)))
-        if is_good.any():
-            place = int(np.argmax(is_good))
+        likely = self.likely()
+        is_good = self.is_left & (likely <= self.target)
+        if is_good.any() and len(self.kept) < self.enough:
+            return self._taken(_first(is_good, self.cost, likely))
+        if self.kept:
+            gain = self._gain(likely)
+            place = int(np.argmax(gain))
+            return self._taken(place) if gain[place] >= LEAST_GAIN else None
+        if self.missed and not self.promise:
+            return None
+        return self._taken(_first(self.is_left, likely, self.cost))
+
+    def _taken(self, place):
         self.is_left[place] = False
         return self.plans.iloc[place]
 
+    def _gain(self, likely):
+        """Expected saving of each plan that is left, as part of the cheapest kept."""
+        spread = np.where(np.isfinite(self.of_layout), SAME_LAYOUT, OTHER_LAYOUT)
+        chance = ndtr((np.log(self.target) - np.log(likely)) / spread)
+        saved = np.maximum(min(self.kept) - self.cost, 0.0)
+        saving = saved / max(min(self.kept), np.finfo(float).tiny)
+        return np.where(self.is_left, chance * saving, 0.0)
+
+    def likely(self):
+        """Error that each plan will have, as far as is known [m]."""
+        likely = self.closed * np.exp(self.log_ratio / self.weight)
+        if len(self.missed) > self.patience and not self.kept:
+            likely = np.maximum(likely, self.closed * max(self.missed))
+        return np.where(np.isfinite(self.of_layout), self.of_layout, likely)
+
     def refuse(self, plan):
         """Leave out what has the layout of a plan that cannot be laid out."""
-        names = list(LAYOUT)
-        is_same = self.plans[names].eq(plan[names]).all(axis=1)
-        self.is_left &= ~is_same.to_numpy()
+        self.is_left &= ~self._has_layout_of(plan)
 
     @property
     def promise(self):
@@ -230,26 +269,53 @@ class _Trials:
 
         The nearest plan need not be looked for any further.
         """
-        return bool(self.plans["is_feasible"].any())
+        return bool((self.closed <= self.target).any())
 
-    def learn(self, plan, reached):
-        """Ask of the next ones what this one was worse than its estimate."""
-        if reached <= self.target:
-            return
-        self.patience -= 1
-        if self.patience < 0:
-            self.limit = min(self.limit, self.target * plan["reached"] / reached)
+    def learn(self, checked):
+        """Take what a layout is better or worse than its estimate for its neighbours.
+
+        The same layout with other settings has the same errors, those of measuring in
+        proportion: as much or less with weights of their own.
+        """
+        plan, reached = checked.plan, checked.reached
+        place = self.plans.index.get_loc(plan.name)
+        ratio = reached / self.closed[place]
+        if ratio > 0.0:  # not where the estimate knows no bound
+            nearness = np.exp(-np.abs(self.steps - self.steps[place]).sum(axis=1))
+            self.weight += nearness
+            self.log_ratio += nearness * np.log(ratio)
+        is_same = self._has_layout_of(plan)
+        control = checked.propagated.share_of_control
+        measuring = (1.0 - control) * (self.m_g[is_same] / self.m_g[place]) ** 2
+        self.of_layout[is_same] = reached * np.sqrt(control + measuring)
+        if checked.is_kept:
+            self.kept.append(plan["cost"])
+        else:
+            self.missed.append(ratio)
+
+    def _has_layout_of(self, plan):
+        names = list(LAYOUT)
+        return self.plans[names].eq(plan[names]).all(axis=1).to_numpy()
 
 
-def _to_be_tried(search):
-    """Give plans that see gross errors, the cheapest or else the nearest first."""
-    plans = search.plans
-    several = plans[plans["n_coverages"] > 1]
-    plans = several if len(several) else plans
-    feasible = plans[plans["is_feasible"]]
-    if len(feasible):
-        return feasible
-    return plans.sort_values("reached", kind="stable")
+def _first(is_among, *keys):
+    """Place of the least of some, by several keys."""
+    among = np.flatnonzero(is_among)
+    return among[np.lexsort([key[among] for key in reversed(keys)])[0]]
+
+
+def _steps_of(plans):
+    """Layouts in steps of which each makes the errors of two somewhat less alike."""
+    low, high = plans["scale_number"], plans["high_scale_number"]
+    logarithms = [np.log(part) for part in (low, high / low, plans["spacing"])]
+    is_nine = plans["control_per_model"] == 9
+    return np.column_stack([*logarithms, 0.5 * plans["n_coverages"], 0.5 * is_nine])
+
+
+def _with_several_coverages(search):
+    """Give plans that see gross errors, if there are any."""
+    several = search.plans[search.plans["n_coverages"] > 1]
+    return several if len(several) else search.plans
 
 
 def design_of(plan, frame) -> FlightDesign:

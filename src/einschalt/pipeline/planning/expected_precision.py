@@ -14,18 +14,14 @@ from functools import cached_property, partial
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import typesetting
 from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import GeometryError, SettingsError
-from einschalt.foundations.language import (
-    figure,
-    in_english,
-    mark,
-    mark_each,
-    translated,
+from einschalt.foundations.language import in_english, mark_each
+from einschalt.pipeline.planning.expected_text import (
+    describe_expected,
+    describe_verdict,
 )
-from einschalt.foundations.typesetting import length, number, scale, wrapped
-from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND, FlightDesign
+from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import FLIGHTS, set_scene
 from einschalt.stages.error_propagation.plane_flights import (
@@ -35,10 +31,8 @@ from einschalt.stages.error_propagation.plane_flights import (
     propagate_flights,
 )
 from einschalt.stages.results import Result
-from einschalt.theory.planning.kovarik_precision import (
-    PlannedPrecision,
-    mean_of_coverages,
-)
+from einschalt.stages.value_weights import WEIGHTED
+from einschalt.theory.planning.kovarik_precision import PlannedPrecision
 
 # places in a model, −½ to ½ from edge to edge, as DensificationResult has them
 CENTRE_WITHIN, EDGE_BEYOND, CORNER_BEYOND = 0.2, 0.4, 0.35
@@ -49,18 +43,6 @@ SOURCE_TEXT = mark_each(
         "high_flight": "measuring in the high flight",
         "low_flight": "measuring in the low flight",
     }
-)
-PARTS = mark_each(
-    {
-        "control": "control {length}",
-        "high_flight": "measuring in the high flight {length}",
-        "low_flight": "measuring in the low flight {length}",
-    }
-)
-HOW_EXPECTED = mark(
-    "expected: errors of control and both flights carried through all stages on this "
-    "layout. formula: M of 1971 with the leverages of the same points; rule of 1971: "
-    "the planning table with the block's m_0, {m_0}."
 )
 
 
@@ -76,7 +58,8 @@ class ExpectedFigures:
     single_centre: float
     single_edge: float
     single_corner: float
-    # the same after Kovarik's formula, with the leverages of these points
+    # the same after Kovarik's formula, with the leverages of these points and plain
+    # means
     paper_mean: float
     paper_single: float
     paper_centre: float
@@ -104,23 +87,27 @@ class ExpectedPrecision(Result):
     n_high_models: int
     n_low_models: int
     n_control: int
+    weighting: str  # of a point's values: "plain", "weighted", "rigorous"
 
     @property
     def verdict(self) -> str:
         """How good the new points will be, in a sentence."""
-        return _verdict(self)
+        return describe_verdict(self)
 
     def summary(self) -> str:
         """Return the expected precision beside that of the formula of 1971."""
-        return _summary(self)
+        return describe_expected(self)
 
 
 @in_english
-def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecision:
+def expect_precision(
+    design, *, coverage_mean="all", weighting="auto", seed=0
+) -> ExpectedPrecision:
     """Compute the precision of a planned block by propagation on its layout.
 
-    ``seed`` is that of the layout: points are displaced at random about a lattice.
-    EinschaltError where models would hold too few points.
+    ``coverage_mean`` and ``weighting`` are those of Settings, ``seed`` is that of the
+    layout: points are displaced at random about a lattice. EinschaltError where models
+    would hold too few points.
 
     Notes
     -----
@@ -142,7 +129,8 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
             expected="a FlightDesign",
             remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
         )
-    return propagate_design(design, coverage_mean=coverage_mean, seed=seed).expected
+    means = {"coverage_mean": coverage_mean, "weighting": weighting}
+    return propagate_design(design, **means, seed=seed).expected
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +141,13 @@ class PropagatedBlock:
     """
 
     design: FlightDesign
+    weighting: str  # of a point's values: "plain", "weighted", "rigorous"
     of_new_points: np.ndarray  # errors of the new points, TOTAL [m]
     n_high_models: int
     n_low_models: int
-    # gives points, values and parts of ExpectedPrecision, and the m_0 of the low flight
+    # what control and both flights contribute, root mean square, TOTAL [m]
+    parts: dict[str, float]
+    # gives points and values of ExpectedPrecision, and the m_0 of the low flight
     details: Callable[[], tuple]
 
     @property
@@ -164,44 +155,54 @@ class PropagatedBlock:
         """Root mean square of the errors of the new points, TOTAL [m]."""
         return _rms(self.of_new_points)
 
+    @property
+    def share_of_control(self) -> float:
+        """Part of the variance of the new points that control makes."""
+        return (self.parts["control"] / self.mean) ** 2
+
     @cached_property
     def expected(self) -> ExpectedPrecision:
         """All that is expected of the block, also of every single value."""
-        points, values, parts, m_0 = self.details()
+        points, values, m_0 = self.details()
         return ExpectedPrecision(
             design=self.design,
             points=points,
             values=values,
             figures=_figures(self.mean, points, values, m_0),
-            parts=parts,
+            parts=self.parts,
             formula=self.design.after_kovarik(m_0),
             n_high_models=self.n_high_models,
             n_low_models=self.n_low_models,
             n_control=int((points["role"] == "control").sum()),
+            weighting=self.weighting,
         )
 
 
-def propagate_design(design, *, coverage_mean="all", seed=0) -> PropagatedBlock:
+def propagate_design(design, *, seed=0, **means) -> PropagatedBlock:
     """Lay a design out and propagate it; as :func:`expect_precision`."""
     set_anew = partial(set_scene, design.geometry(), design.noise(), seed)
-    return propagate_scene(set_anew, design, coverage_mean=coverage_mean)
+    return propagate_scene(set_anew, design, **means)
 
 
 @in_english
-def propagate_scene(set_anew, design, *, coverage_mean="all") -> PropagatedBlock:
+def propagate_scene(
+    set_anew, design, *, coverage_mean="all", weighting="auto"
+) -> PropagatedBlock:
     """Propagate the errors of a design in a scene, which ``set_anew`` sets.
 
-    By arrays where that is enough: all models usable, and means of all values.
-    Otherwise through the stages of :func:`densify`.
+    By arrays where that is enough: all models usable, and means of all values, plain
+    ones or those of least variance. Otherwise through the stages of :func:`densify`.
     """
+    means = Settings(coverage_mean=coverage_mean, weighting=weighting)
+    weighting = means.weighting_with(covariances_are_known=True)
     propagated = None
     with one_blas_thread():
-        if coverage_mean == "all":
+        if coverage_mean == "all" and weighting != WEIGHTED:
             with suppress(UnusableModelError):
-                propagated = _by_arrays(set_anew(), design)
+                propagated = _by_arrays(set_anew(), design, weighting)
         if propagated is None:
             block = set_anew().measured("Planned (simulated)")
-            propagated = _through_stages(block, design, coverage_mean)
+            propagated = _through_stages(block, design, means)
     if not len(propagated.of_new_points):
         raise GeometryError(
             "all points of the area would be control points",
@@ -211,10 +212,9 @@ def propagate_scene(set_anew, design, *, coverage_mean="all") -> PropagatedBlock
     return propagated
 
 
-def _by_arrays(scene, design):
-    flights = propagate_flights(
-        *(_plane_flight(scene, flight) for flight in FLIGHTS), _control_of(scene)
-    )
+def _by_arrays(scene, design, weighting):
+    high, low = (_plane_flight(scene, flight) for flight in FLIGHTS)
+    flights = propagate_flights(high, low, _control_of(scene), weighting)
     total = _total(flights.errors.covariance)
     is_control = scene.is_control[flights.point]
 
@@ -229,11 +229,12 @@ def _by_arrays(scene, design):
             }
         )
         points = _placed(points, scene.truth(), scene.geometry)
-        parts = _parts(flights.errors, ~is_control)
-        return points, _table_of_values(scene, flights), parts, flights.m_0
+        return points, _table_of_values(scene, flights), flights.m_0
 
     numbers = (scene.layouts[flight].n_models for flight in FLIGHTS)
-    return PropagatedBlock(design, total[~is_control], *numbers, details)
+    parts = _parts(flights.errors, ~is_control)
+    of_new_points = total[~is_control]
+    return PropagatedBlock(design, weighting, of_new_points, *numbers, parts, details)
 
 
 def _plane_flight(scene, flight):
@@ -272,7 +273,7 @@ def _table_of_values(scene, flights):
     )
 
 
-def _through_stages(block, design, coverage_mean):
+def _through_stages(block, design, means):
     # imported where it is needed: it takes along all that measured blocks may need
     from einschalt.pipeline.densify import densify  # noqa: PLC0415
     from einschalt.stages.stage4_error_propagation import (  # noqa: PLC0415
@@ -280,8 +281,8 @@ def _through_stages(block, design, coverage_mean):
     )
 
     # a layout has neither gross errors nor deformed models to look for
-    asked = {"screening": "off", "model_deformation": "ignored", "weighting": "plain"}
-    result = densify(block, Settings(coverage_mean=coverage_mean, **asked))
+    asked = {"screening": "off", "model_deformation": "ignored"}
+    result = densify(block, means.updated(asked))
     solution = result.solution
     points = solution.points  # not judged: nothing has been measured
     is_new = (points["role"] == "new").to_numpy()
@@ -292,14 +293,17 @@ def _through_stages(block, design, coverage_mean):
         point_ids = solution.model_points["low_flight"]["point_id"]
         of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
         values = _values(block, solution.single_values, of_values)
-        parts = _parts(solution.errors, is_new)
-        return placed, values, parts, solution.figures.m_0_low
+        if solution.means.is_rigorous:
+            placed["standard_error_paper"] = _of_plain_means(placed, values)
+        return placed, values, solution.figures.m_0_low
 
     return PropagatedBlock(
         design,
+        means.weighting_with(covariances_are_known=True),
         points.loc[is_new, "standard_error_total"].to_numpy(),
         len(solution.high.transformation.models),
         len(solution.low.models),
+        _parts(solution.errors, is_new),
         details,
     )
 
@@ -323,6 +327,13 @@ def _values(block, single_values, totals):
     propagated = rows.assign(standard_error_total=totals)
     shown = [*rows.columns, "position_u", "position_v", "standard_error_paper"]
     return single_values[shown].merge(propagated, on=list(rows.columns))
+
+
+def _of_plain_means(points, values):
+    """M of 1971 of each point, whose mean is a plain one."""
+    of_point = values.groupby("point_id")["standard_error_paper"]
+    paper = of_point.agg(lambda errors: np.sqrt(np.sum(errors**2)) / len(errors))
+    return paper.loc[points["point_id"]].to_numpy()
 
 
 def _placed(points, truth, geometry):
@@ -361,120 +372,3 @@ def _figures(mean, points, values, m_0):
         **{f"paper_{zone}": _rms(paper[is_in]) for zone, is_in in zones.items()},
         m_0=m_0,
     )
-
-
-def _verdict(expected):
-    figures = expected.figures
-    return translated(
-        "Expected precision of {n:new point|new points}: {mean} (total, {coverages}); "
-        "95 % are better than {worst}",
-        n=int((expected.points["role"] == "new").sum()),
-        mean=length(figures.mean),
-        coverages=_coverages(expected.design.n_coverages),
-        worst=length(figures.worst),
-    )
-
-
-def _summary(expected):
-    figures, formula = expected.figures, expected.formula
-    coverages = _coverages(expected.design.n_coverages)
-    of_mean = mean_of_coverages(
-        formula.M_centre, formula.M_edge, expected.design.n_coverages
-    )
-    rows = [
-        _row(
-            translated("one model, middle"), "single_centre", figures, formula.M_centre
-        ),
-        _row(translated("one model, edge"), "single_edge", figures, formula.M_edge),
-        _row(translated("one model, corner"), "single_corner", figures, np.nan),
-        _row(coverages, "mean", figures, float(of_mean)),
-    ]
-    header = [
-        translated("[cm, total]"),
-        translated("expected"),
-        translated("formula"),
-        translated("rule of 1971"),
-    ]
-    parts = ", ".join(
-        translated(PARTS[source], length=length(value))
-        for source, value in expected.parts.items()
-    )
-    return "\n".join(
-        [
-            expected.verdict,
-            *_warnings(expected),
-            "",
-            typesetting.table(rows, header=header),
-            _prose(translated(HOW_EXPECTED, m_0=length(figures.m_0))),
-            "",
-            _prose(translated("Contributions: {parts}.", parts=parts)),
-            _prose(_layout_text(expected)),
-        ]
-    )
-
-
-def _prose(text):
-    return wrapped(text, first="  ", indent="    ")
-
-
-def _row(label, name, figures, by_rule):
-    propagated = getattr(figures, name)
-    formula = getattr(
-        figures, name.replace("single_", "paper_").replace("mean", "paper_mean")
-    )
-    cells = (100.0 * float(value) for value in (propagated, formula, by_rule))
-    return [label, *(typesetting.fixed(value, 1) for value in cells)]
-
-
-def _coverages(n_coverages):
-    if n_coverages == 1:
-        return translated("one coverage")
-    number_word = typesetting.number_word(n_coverages)
-    return translated("mean of {number} coverages", number=number_word)
-
-
-def _layout_text(expected):
-    design = expected.design
-    return translated(
-        "Layout: {size} km, points {apart}; high flight {high}, m_g {high_m_g} µm, "
-        "{n_high:model|models} on {n_control:control point|control points} of "
-        "{control_error}; low flight {low}, m_g {m_g} µm, {n_low:model|models}, "
-        "{kind}.",
-        size=" x ".join(figure(side / 1e3, ".3g") for side in design.extent),
-        apart=_apart(design),
-        high=scale(design.scale_of_high_flight),
-        high_m_g=number(design.noise().high_m_g_um),
-        n_high=expected.n_high_models,
-        n_control=expected.n_control,
-        control_error=length(design.control_standard_error),
-        low=scale(design.scale_number),
-        m_g=number(design.m_g_um),
-        n_low=expected.n_low_models,
-        kind=design.kind,
-    )
-
-
-def _apart(design):
-    message = mark("{spacing} m apart")
-    if design.layout_spacing > design.spacing:
-        message = mark("{spacing} m apart instead of {wanted}, which hardly matters")
-    return translated(
-        message,
-        spacing=number(design.layout_spacing, 3),
-        wanted=figure(design.spacing, "g"),
-    )
-
-
-def _warnings(expected):
-    design = expected.design
-    thinned = (design.layout_spacing / design.spacing) ** 2
-    share = expected.n_control / (thinned * len(expected.points))
-    if share <= MOST_ON_THE_GROUND:
-        return []
-    said = translated(
-        "{n} of {n_all} points are control: little is left to be densified. Fly the "
-        "high flight higher: its models need less then.",
-        n=expected.n_control,
-        n_all=len(expected.points),
-    )
-    return [_prose(said)]

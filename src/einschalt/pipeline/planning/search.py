@@ -11,6 +11,7 @@ from einschalt.foundations.typesetting import per_cent
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.arguments import (
+    PlanCosts,
     checked_axis,
     checked_choice,
     checked_number,
@@ -21,7 +22,6 @@ from einschalt.pipeline.planning.cameras import (
     flown_columns,
     within_height,
 )
-from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
 from einschalt.pipeline.planning.text import (

@@ -48,12 +48,10 @@ RANGES = {
 }
 OPTIONAL = ("image_format_across", "coverage_shift")
 ALONG = mark(
-    "BlockGeometry: the models, {size} mm along the strip, leave gaps between models "
-    "{step} mm apart"
+    "the models, {size} mm along the strip, leave gaps between models {step} mm apart"
 )
 ACROSS = mark(
-    "BlockGeometry: the models, {size} mm across the strip, leave gaps between strips "
-    "{step} mm apart"
+    "the models, {size} mm across the strip, leave gaps between strips {step} mm apart"
 )
 APART = mark_each(
     {
@@ -138,7 +136,7 @@ class BlockGeometry:
     0.092
     >>> BlockGeometry(side_overlap=0.0)
     Traceback (most recent call last):
-    einschalt.foundations.errors.SettingsError: BlockGeometry: the models, 220 mm \
+    einschalt.foundations.errors.SettingsError: the models, 220 mm \
 across the strip, leave gaps between strips 230 mm apart; expected strips at most as \
 far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     """
@@ -249,7 +247,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         for name in ("high_cross_flight", "low_cross_flight", "shares_control"):
             value = getattr(self, name)
             if not isinstance(value, bool):
-                found = f"BlockGeometry: {name} = {described(value)}"
+                found = f"{name} = {described(value)}"
                 yield SettingsError(found, expected="True or False")
         choices = {
             "control_per_model": CONTROL_PATTERNS,
@@ -261,7 +259,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
             is_number = value in Range(*CONTROL_PATTERNS) and value in allowed
             if not (is_choice(value, allowed) or is_number):
                 yield SettingsError(
-                    f"BlockGeometry: {name} = {described(value)}",
+                    f"{name} = {described(value)}",
                     expected=" or ".join(str(choice) for choice in allowed),
                 )
         try:
@@ -273,7 +271,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         n_points = self.n_columns * self.n_rows
         if min(self.n_columns, self.n_rows) < 3:
             yield SettingsError(
-                f"BlockGeometry: {self.n_columns} x {self.n_rows} points lie on "
+                f"{self.n_columns} x {self.n_rows} points lie on "
                 f"{self.width:g} x {self.height:g} m",
                 expected="at least 3 x 3",
                 remedy="Lower point_spacing, or enlarge the area",
@@ -282,14 +280,14 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         flown = self.principal_distance * lowest
         if self.measurement != "machine" and HIGHEST_RELIEF * self.relief > flown / 2:
             yield SettingsError(
-                f"BlockGeometry: relief = {self.relief!r}, with hills up to "
+                f"relief = {self.relief!r}, with hills up to "
                 f"{HIGHEST_RELIEF * self.relief:g} m, {flown:g} m below the camera",
                 expected="hills of at most half the flying height",
                 remedy="Lower relief, or raise the scale numbers",
             )
         if n_points > MOST_POINTS:
             yield SettingsError(
-                f"BlockGeometry: {n_points} points lie on the area",
+                f"{n_points} points lie on the area",
                 expected=f"at most {MOST_POINTS}",
                 remedy="Raise point_spacing, or make several blocks",
             )

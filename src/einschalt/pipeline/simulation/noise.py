@@ -73,7 +73,7 @@ class BlockNoise:
     --------
     >>> BlockNoise(low_gross_error_share=1)
     Traceback (most recent call last):
-    einschalt.foundations.errors.SettingsError: BlockNoise: low_gross_error_share = 1; \
+    einschalt.foundations.errors.SettingsError: low_gross_error_share = 1; \
 expected 0 to 0.5 of the measurements. Did you give per cent?
     """
 

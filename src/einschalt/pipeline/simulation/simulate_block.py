@@ -288,7 +288,7 @@ def _choose_check(geometry, layouts, is_control, rng):
     new = np.flatnonzero(is_held[0] & is_held[1] & ~is_control)
     if geometry.n_check > len(new):
         raise SettingsError(
-            f"BlockGeometry: n_check = {geometry.n_check}",
+            f"n_check = {geometry.n_check}",
             expected=f"0 to {len(new)}, the number of new points",
             remedy="Lower n_check, or point_spacing",
         )

@@ -33,6 +33,7 @@ from einschalt.theory.transformation.sensitivity import (
 # numbers of a full matrix: 160 MB
 NUMBERS_AT_ONCE = 20_000_000
 PAIRS_AT_ONCE = 50_000
+NUMBERS_PER_PAIR = 30  # of a covariance of all points: with more, pairs are quicker
 # share of entries from which a product is no longer kept sparse
 FULL = 0.1
 # what an entry of a sparse matrix takes, with its place and what is computed from it
@@ -181,12 +182,46 @@ def covariances_of_pairs(chains, standard_errors, places):
     ``places`` (n_pairs, 2): pairs that share points stand best near each other. Gives
     (n_pairs, n_coordinates, n_coordinates) [m²].
     """
-    n_points = min(places.size, next(iter(chains.values())).n_points)
-    n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(chains, n_points))
+    through = _through_few_points(chains, len(places))
+    found = _through(through, standard_errors, places) if through else 0.0
+    apart = {name: chain for name, chain in chains.items() if name not in through}
+    if not apart:
+        return found
+    n_points = min(places.size, next(iter(apart.values())).n_points)
+    n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(apart, n_points))
     n_parts = max(1, min(n_parts, len(places)))
     parts = np.array_split(places, n_parts)
-    between = partial(_between, chains, standard_errors)
-    return np.concatenate(over_parts(between, parts))
+    between = over_parts(partial(_between, apart, standard_errors), parts)
+    return found + np.concatenate(between)
+
+
+def _through_few_points(chains, n_pairs):
+    """Chains that begin with the same step, if it leads from few points to many.
+
+    Then a covariance of all of these is quicker than long rows of every pair.
+    """
+    alike = {}
+    for name, chain in chains.items():
+        if len(chain.factors) > 1:
+            alike.setdefault(_key(chain, 1), {})[name] = chain
+    found = max(alike.values(), key=len, default={})
+    for chain in found.values():
+        numbers = chain.factors[0].shape[1] ** 2
+        is_few = numbers <= min(NUMBERS_PER_PAIR * n_pairs, NUMBERS_AT_ONCE)
+        return found if is_few else {}
+    return found
+
+
+def _through(chains, standard_errors, places):
+    """Covariances between pairs, from the covariance of what their chains share."""
+    any_chain = next(iter(chains.values()))
+    step, axes = PointOperator(any_chain.factors[:1], any_chain.axes), any_chain.axes
+    rest = {n: PointOperator(c.factors[1:], axes) for n, c in chains.items()}
+    joint = sum(
+        rows.joint_covariance(standard_errors[source])
+        for source, rows in _rows_of(rest, np.arange(step.n_sources))
+    )
+    return step.covariances_of(joint, places)
 
 
 def _between(chains, standard_errors, places):

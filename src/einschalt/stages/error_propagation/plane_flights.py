@@ -1,12 +1,12 @@
 """Two flights transformed, averaged and propagated as arrays, without a table.
 
 What the stages do with the tables of any block, for two flights of plane models over
-points that are numbered: all of them usable, and every value of the same weight. A
-search lays out several plans to recommend one, and of each it is a third of the work.
+points that are numbered, all of them usable. A search lays out several plans to
+recommend one, and of each it is a third of the work.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
@@ -25,11 +25,13 @@ from einschalt.stages.bent_map import (
 from einschalt.stages.error_propagation.operators import (
     GroundSources,
     PropagatedErrors,
+    covariances_of_pairs,
     operator_of_fit,
     propagate,
 )
 from einschalt.stages.stage4_error_budget import error_budget
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+from einschalt.stages.value_weights import PLAIN, value_weights
 from einschalt.theory.adjustment.least_squares import (
     SQRT2,
     pooled_standard_error,
@@ -130,24 +132,29 @@ class _Means:
     point: np.ndarray  # (n_points,)
     order: np.ndarray  # (n_rows,): rows sorted by point
     start: np.ndarray  # (n_points + 1,)
+    weights: np.ndarray  # (n_rows,) or (n_rows, 2, 2): of the rows in that order
 
     @classmethod
-    def of(cls, flight):
+    def of(cls, flight, weighting=PLAIN, chains=None, sizes=None):
+        """Plain means, or those of least variance.
+
+        ``chains`` lead from all sources, whose errors are ``sizes``, to the values.
+        """
         codes, point = pd.factorize(flight.point)
         sort = segments(codes, len(point))
-        return cls(point, sort.order, sort.start)
+        covariances = partial(covariances_of_pairs, chains, sizes)
+        found = value_weights(weighting, None, sort.order, sort.start, covariances)
+        return cls(point, sort.order, sort.start, found.in_mean)
 
     def mean(self, coordinates, standard_error):
         """PointMeans of values (n_rows, 2) with TOTAL errors (n_rows,) [m]."""
-        ones, order = np.ones(len(self.order)), self.order
-        return mean_of_values(
-            coordinates[order], standard_error[order], ones, self.start
-        )
+        values = coordinates[self.order], standard_error[self.order]
+        return mean_of_values(*values, self.weights, self.start)
 
     def operator(self, axes):
         """Operator from the values to the means."""
-        ones = np.ones(len(self.order))
-        return weighted_mean(self.order, ones, self.start, len(ones), axes)
+        n_rows = len(self.order)
+        return weighted_mean(self.order, self.weights, self.start, n_rows, axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,9 +206,9 @@ class PropagatedFlights:
 
     @property
     def paper_of_points(self):
-        """The same of the final points, (n_points,)."""
+        """The same of plain means of all values, (n_points,)."""
         values, errors = self.low.values(), self.paper_of_values
-        return self.means.mean(values, errors).standard_error
+        return _Means.of(self.low.flight).mean(values, errors).standard_error
 
     @property
     def position(self):
@@ -211,37 +218,40 @@ class PropagatedFlights:
         return position_in_extent(self.low.xy, start)
 
 
-def propagate_flights(high, low, control) -> PropagatedFlights:
+def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     """Transform two flights, average their values, and propagate all errors.
 
-    ``high``, ``low``: PlaneFlight; ``control``: GivenControl. UnusableModelError where
-    a model of either cannot be transformed.
+    ``high``, ``low``: PlaneFlight; ``control``: GivenControl; ``weighting`` "plain" or
+    "rigorous" in the means of both flights. UnusableModelError where a model of either
+    cannot be transformed.
     """
     high_xy, low_xy = _bent(high, low, control)
+    axes = Axes.COMPLEX if {high.kind, low.kind} <= set(CONFORMAL) else Axes.PLANE
+    own, sizes = unchanged(axes), _sizes(high, low, control)
     of_high = _transformed(high, high_xy, high.kind, control.point, control.plane)
-    high_means = _Means.of(high)
+    operator = of_high.operator(_sources(len(control.point)), axes)
+    chains = {CONTROL: operator.ground @ own, HIGH: operator.measured @ own}
+    high_means = _Means.of(high, weighting, chains, sizes)
     approximate = _mean_ground(of_high, high_means)
     of_low = _transformed(low, low_xy, low.kind, high_means.point, approximate)
-    means = _Means.of(low)
-    axes = Axes.COMPLEX if {high.kind, low.kind} <= set(CONFORMAL) else Axes.PLANE
-    high_operator = of_high.operator(_sources(len(control.point)), axes)
-    low_operator = of_low.operator(_sources(len(high_means.point)), axes)
-    onto = low_operator.ground @ high_means.operator(axes)
-    own = unchanged(axes)
-    chains = {
-        CONTROL: onto @ (high_operator.ground @ own),
-        HIGH: onto @ (high_operator.measured @ own),
-        LOW: low_operator.measured @ own,
-    }
-    sizes = {
-        CONTROL: np.full(len(control.point), control.standard_error) / SQRT2,
-        HIGH: high.ground_error,
-        LOW: low.ground_error,
-    }
+    operator = of_low.operator(_sources(len(high_means.point)), axes)
+    onto = operator.ground @ high_means.operator(axes)
+    chains = {name: onto @ chain for name, chain in chains.items()}
+    chains[LOW] = operator.measured @ own
+    means = _Means.of(low, weighting, chains, sizes)
     final = means.operator(axes)
     to_points = {name: final @ chain for name, chain in chains.items()}
     errors = propagate(means.point, to_points, sizes)
     return PropagatedFlights(means, of_low, errors, chains)
+
+
+def _sizes(high, low, control):
+    """Errors of the observations of each source, per coordinate [m]."""
+    return {
+        CONTROL: np.full(len(control.point), control.standard_error) / SQRT2,
+        HIGH: high.ground_error,
+        LOW: low.ground_error,
+    }
 
 
 def _sources(count):

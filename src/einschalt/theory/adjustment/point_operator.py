@@ -300,6 +300,30 @@ class PointOperator:
         _multiply_rows(*entries, variances, pairs, out)
         return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
 
+    def joint_covariance(self, standard_errors):
+        """Covariance of all numbers from independent errors, a full matrix [m²].
+
+        Errors as of :meth:`covariances`.
+        """
+        matrix, each = self.matrix, self.axes.each(standard_errors).ravel()
+        if not sparse.issparse(matrix):
+            scaled = matrix * each
+            return scaled @ scaled.conj().T
+        scaled = sparse.csr_array(matrix) * each
+        return (scaled @ scaled.conj().T).toarray()
+
+    def covariances_of(self, joint, pairs):
+        """Covariances between pairs of points from that of all that they come from.
+
+        ``joint`` as :meth:`joint_covariance`, pairs as :meth:`covariances_between`.
+        """
+        rows = sparse.csr_array(self.matrix)
+        size = self.axes.value
+        out = np.zeros((len(pairs), size, size), np.result_type(rows.dtype, joint))
+        entries = (rows.indptr, rows.indices, rows.data)
+        _multiply_through(*entries, joint, np.ascontiguousarray(pairs), out)
+        return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
     def _products_of(self, scaled, pairs):
         """Sums of products of the full rows of pairs of points, as covariances."""
         rows = scaled.reshape(-1, self.axes.value, scaled.shape[1])
@@ -455,3 +479,18 @@ def _multiply_rows(pointer, column, value, variances, pairs, out):
                         out[p, a, b] += variances[column[i]] * product
                         i += 1
                         j += 1
+
+
+@compiled
+def _multiply_through(pointer, column, value, joint, pairs, out):
+    n_axes = out.shape[1]
+    for p in range(len(pairs)):
+        for a in range(n_axes):
+            row_a = pairs[p, 0] * n_axes + a
+            for b in range(n_axes):
+                row_b = pairs[p, 1] * n_axes + b
+                for i in range(pointer[row_a], pointer[row_a + 1]):
+                    part = out[p, a, b] * 0.0
+                    for j in range(pointer[row_b], pointer[row_b + 1]):
+                        part += joint[column[i], column[j]] * np.conj(value[j])
+                    out[p, a, b] += value[i] * part

@@ -14,6 +14,8 @@ LETTER = {"high_flight": "H", "low_flight": "L"}
 WHOLE = 1e-9
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
+PARTS_OF_SPACING = 0.5
+"""Of the heights of the ground: of a drop between them half a step may be missed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +49,8 @@ def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False)
     ``plan`` is the row of the search, ``heights`` a GroundHeights over the area. With
     ``follows`` every photograph keeps its height above the ground below, otherwise
     every line that above the mean of the ground below it. Where the ground straight
-    below a camera is so low that the limit of the frame would not be kept, photographs
-    or lines fly lower.
+    below a camera, at a photograph or on the straight way to the next one, is so low
+    that the limit of the frame would not be kept, photographs or lines fly lower.
     """
     photographs = pd.concat(
         [_photographs(layout, flight) for flight in FLIGHTS], ignore_index=True
@@ -121,14 +123,18 @@ def _flown(photographs, plan, layout, heights, *, follows):
 
 
 def _within_limit(photographs, limit, heights, *, follows):
-    """Lower cameras to the limit above the ground straight below them [m]."""
+    """Lower cameras to the limit above the ground straight below their lines [m]."""
     if heights is None:
         return photographs.assign(height_above_nadir=np.nan)
     plane = photographs[["easting", "northing"]].to_numpy()
     nadir = heights.straight_below(plane)
     lower = np.zeros(len(photographs))
     if limit is not None:
-        lower = np.maximum(photographs["altitude"].to_numpy() - nadir - limit, 0.0)
+        altitude = photographs["altitude"].to_numpy()
+        lower = np.maximum(altitude - nadir - limit, 0.0)
+        before, height = _on_the_way(photographs, heights)
+        for end in (before, before + 1):
+            np.maximum.at(lower, end, height - limit)
         if not follows:
             lines = photographs["line_id"].to_numpy()
             lower = pd.Series(lower).groupby(lines).transform("max").to_numpy()
@@ -138,6 +144,27 @@ def _within_limit(photographs, limit, heights, *, follows):
         altitude=altitude,
         height_above_nadir=altitude - nadir,
     )
+
+
+def _on_the_way(photographs, heights):
+    """Heights above what lies straight below between photographs of a line [m].
+
+    Half as far apart as heights of the ground. Rows of the photographs before them, and
+    the heights: the camera goes straight from one altitude to the next.
+    """
+    place = photographs[["easting", "northing", "altitude"]].to_numpy()
+    line = photographs["line_id"].to_numpy()
+    before = np.flatnonzero(line[1:] == line[:-1])
+    step = place[before + 1] - place[before]
+    apart = PARTS_OF_SPACING * heights.spacing
+    n_parts = np.ceil(np.hypot(*step[:, :2].T) / apart).astype(np.int64)
+    n_between = np.maximum(n_parts - 1, 0)
+    segment = np.repeat(np.arange(len(before)), n_between)
+    first = np.cumsum(n_between) - n_between
+    k = np.arange(len(segment)) - first[segment] + 1
+    way = (k / n_parts[segment])[:, None]
+    between = place[before[segment]] + way * step[segment]
+    return before[segment], between[:, 2] - heights.straight_below(between[:, :2])
 
 
 def _lines(photographs, plan):
@@ -216,7 +243,7 @@ def said_of_limit(flown, plan, limit):
         return ""
     return kept(
         "Cameras fly up to {lower} m lower than planned above low ground: none is more "
-        "than {limit} m above the ground straight below it.",
+        "than {limit} m above the ground straight below it, on its whole line.",
         lower=number(lower, 2),
         limit=f"{limit:g}",
     )
