@@ -276,3 +276,16 @@ def test_a_folder_is_to_be_converted_first(invoke, tmp_path):
     refused = invoke("init", tmp_path / "new", "--from", tmp_path, "--yes")
     assert refused.exit_code == 2
     assert "is a folder; expected files. Convert a folder of COLMAP" in refused.stderr
+
+
+def test_why_a_file_is_refused_is_told_and_not_its_kind(invoke, tmp_path):
+    """It is what its suffix says, so that nobody should be told to rename it."""
+    path, new = tmp_path / "P.parquet", tmp_path / "new"
+    lists = pd.DataFrame({"model_id": ["1"], "point_id": ["A"], "y": [1.0]})
+    lists.assign(x=[[1.0, 2.0]]).to_parquet(path)
+    refused = invoke("init", new, "--from", path, "--yes")
+    assert refused.exit_code == 2
+    assert "P.parquet: column 'x' holds lists or structures" in refused.stderr
+    pd.DataFrame({"a": [1.0]}).to_parquet(path)
+    refused = invoke("init", new, "--from", path, "--yes")
+    assert "P.parquet: holds no table that a block could have" in refused.stderr

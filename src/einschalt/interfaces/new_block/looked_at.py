@@ -25,7 +25,11 @@ from einschalt.interfaces.files.input_files import (
     refuse_other_kinds,
 )
 from einschalt.interfaces.files.points_of_systems import schema_in
-from einschalt.interfaces.files.tables_by_suffix import READ_SUFFIXES, understand_table
+from einschalt.interfaces.files.tables_by_suffix import (
+    CSV_SUFFIXES,
+    READ_SUFFIXES,
+    understand_table,
+)
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.programs import block_tables, recognised
 
@@ -255,7 +259,7 @@ def _looked(file, kind, table, said):
 def _table(file, said):
     """The table as the first kind whose columns it has."""
     beside = [read_once(one, one.name) for one in companions(file.path)]
-    questions = []
+    questions, refused = [], []
     for kind, schema in KINDS.items():
         known = {n: c for n, c in said.columns.items() if n in schema.names}
         own = replace(said, columns=known)
@@ -265,6 +269,7 @@ def _table(file, said):
             )
         except EinschaltError as error:
             questions += [error] if _is_of_rows(error) else []
+            refused += [error] if isinstance(error, FileError) else []
             continue
         fit = _fitting(kind, table)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
@@ -273,9 +278,10 @@ def _table(file, said):
     questions.sort(key=_is_ragged)
     if questions:
         raise questions[0]
-    refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
-    if file.path.suffix.lower() not in READ_SUFFIXES:
-        understand_table(file, KINDS["ground"], said)  # which refuses the suffix
+    if file.path.suffix.lower() not in set(READ_SUFFIXES) - set(CSV_SUFFIXES):
+        refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
+    if refused:
+        raise refused[0]
     _refuse_degrees(file, said)
     raise FileError(
         "holds no table that a block could have",
