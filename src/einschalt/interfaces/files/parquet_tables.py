@@ -29,7 +29,11 @@ from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
-from einschalt.interfaces.files.parquet_batches import has_deltas, in_batches
+from einschalt.interfaces.files.parquet_batches import (
+    has_deltas,
+    in_batches,
+    require_sound,
+)
 from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.point_layers import (
     WGS_84,
@@ -131,6 +135,7 @@ def _read_columns(data, schema, said, source):
     numbers = {name for name in known if meaning[name] in schema.number_names}
     bounds = {n: _Bound(n, n in numbers, len(data), source) for n in known}
     texts = [n for n in known if by_name[n].physical_type == TEXT_OF_PARQUET]
+    require_sound(data, metadata, texts)
     texts = [n for n in texts if place is None or n != place[0]]
     coded = [n for n in texts if not _is_text(data, metadata, places[n], bounds[n])]
     coded += [place[0]] if place else []  # may be huge, in all rows
