@@ -14,6 +14,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
@@ -118,8 +119,10 @@ def test_full_disk(blocks, tmp_path, calm, left, in_this_process):
 
 def large_table(block, n_rows):
     text, number = pa.repeat("1", n_rows), pa.repeat(1.0, n_rows)
+    # packed so little that nobody takes it for a file that is to fill the memory
+    various = np.random.default_rng(1).integers(0, 64, n_rows).astype(float)
     names = ["coverage", "model_id", "point_id", "x", "y"]
-    table = pa.table([text] * 3 + [number] * 2, names=names)
+    table = pa.table([text] * 3 + [pa.array(various), number], names=names)
     parquet.write_table(table, block / "low_flight.parquet")
     toml = block / "block.toml"
     toml.write_text(toml.read_text().replace("low_flight.csv", "low_flight.parquet"))
