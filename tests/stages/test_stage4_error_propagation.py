@@ -18,7 +18,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     BlockNoise,
     simulate_block,
 )
-from einschalt.stages.error_propagation.operators import NUMBERS_AT_ONCE, n_ranges
+from einschalt.stages.error_propagation.operators import NUMBERS_OF_RANGE, n_ranges
 from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
@@ -271,7 +271,7 @@ def test_ranges_of_points_grow_with_the_block_and_not_with_its_square():
     # as full as rows are, whatever the means of the factors would have them be
     full = PointOperator((sparse.csr_array(np.ones((50, 400))),), Axes.COMPLEX)
     parts = n_ranges({"control": full}, 500_000)
-    assert parts == 500_000 * 400 // NUMBERS_AT_ONCE
+    assert parts == 500_000 * 400 // NUMBERS_OF_RANGE
 
 
 def _rows(n_rows, n_columns, n_each):

@@ -173,13 +173,14 @@ def over_segments(kernel, start, *arrays):
             run.result()
 
 
-def over_parts(work, parts):
+def over_parts(work, parts, *, most_at_once=None):
     """Results of some work on each part, in their order, on all cores.
 
     For work that releases the GIL by itself, as products of sparse matrices do; it must
-    not matter to a part which others there are.
+    not matter to a part which others there are. ``most_at_once``: where each part takes
+    memory of its own.
     """
-    n_workers = min(n_cores(), len(parts))
+    n_workers = min(n_cores(), len(parts), most_at_once or len(parts))
     if n_workers <= 1:
         return [work(part) for part in parts]
     with ThreadPoolExecutor(n_workers) as pool:

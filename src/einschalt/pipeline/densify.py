@@ -55,8 +55,9 @@ def densify(
     kind : type, optional
         DensificationResult, or a class that extends it.
     compares_methods : bool, optional
-        Whether the result tells what the other method would give, if its block is
-        small: some 0.1 s of the processor for sixty models, 0.5 s for three hundred.
+        Whether a result of two steps tells what one adjustment would give, if its
+        block is small: some 0.1 s of the processor for sixty models, 0.5 s for three
+        hundred. One adjustment always has the two steps beside it.
 
     Returns
     -------

@@ -134,3 +134,14 @@ def test_files_of_other_kinds_are_refused(name, tmp_path):
     (tmp_path / name).write_text("no", "utf-8")
     with pytest.raises(EinschaltError, match=name):
         read_area(tmp_path / name)
+
+
+def test_systems_that_stretch_the_area_are_no_metres(tmp_path):
+    drawn = box(9000, 6000, 1_510_000, 6_100_000)  # on a map of the web, at 48 degrees
+    area = read_area(write(tmp_path / "a.geojson", drawn, crs="EPSG:3857"))
+    assert area.crs == "EPSG:32633"
+    assert "where a metre on the ground is 1.49 m" in area.notes[0]
+    assert area.square_km == pytest.approx(54.0 / 1.49**2, rel=0.01)
+    degrees = write(tmp_path / "b.geojson", box(0.1, 0.05, 13.6, 48.0), crs=None)
+    with pytest.raises(EinschaltError, match=r"on the ground is 1\.49 m"):
+        read_area(degrees, crs="EPSG:3857")

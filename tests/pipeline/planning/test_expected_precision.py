@@ -47,6 +47,17 @@ def test_expected_is_what_densify_does_if_nothing_is_asked(expected):
     assert central.mean > expected.figures.mean
 
 
+def test_the_formula_is_that_of_the_values_that_are_averaged():
+    of_paper = [
+        expect_precision(DESIGN, coverage_mean="most_central", weighting=weighting)
+        for weighting in ("plain", "rigorous")
+    ]
+    plain, rigorous = (expected.figures for expected in of_paper)
+    # the models lie on other approximate coordinates, which are means as well
+    assert rigorous.paper_mean == pytest.approx(plain.paper_mean, rel=5e-3)
+    assert rigorous.mean < plain.mean
+
+
 def test_one_model_alone_is_the_point_itself():
     # where a point lies in one model only, its value is its coordinate
     expected = expect_precision(replace(DESIGN, n_coverages=1))

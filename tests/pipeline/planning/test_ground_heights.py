@@ -95,3 +95,17 @@ def test_scattered_heights_cover_an_area():
     for n in (300, 3000):
         plane = ORIGIN + rng.uniform(-300.0, SIDES + 300.0, (n, 2))
         GroundHeights(plane, np.full(n, 400.0), "points.csv").require_cover(FIELD)
+
+
+def test_places_that_stand_twice_are_as_far_apart_as_they_are():
+    once = grid(40, hills)
+    twice = GroundHeights(
+        np.concatenate([once.plane, once.plane]),
+        np.concatenate([once.height, once.height]),
+        "twice.csv",
+    )
+    assert twice.spacing == once.spacing == CELL
+    middle = np.add(ORIGIN, [[111.0, 222.0]])
+    np.testing.assert_allclose(
+        twice.straight_below(middle), once.straight_below(middle)
+    )

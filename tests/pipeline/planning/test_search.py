@@ -167,6 +167,8 @@ def test_other_nonsense_is_refused():
         find_plans(0.05, CHOICES, where="egde")
     with pytest.raises(SettingsError, match="image = -1"):
         PlanCosts(image=-1)
+    with pytest.raises(SettingsError, match="all prices are 0"):
+        PlanCosts(image=0, model=0, setting=0, control_point=0)
     with pytest.raises(GeometryError, match="points lie in a model"):
         find_plans(0.05, replace(CHOICES, spacing=(2000,)))
 

@@ -174,3 +174,9 @@ def test_numbers_and_matrices_multiply_alike():
     matrices = numbers[:, None, None] * np.eye(3)
     np.testing.assert_allclose(times(matrices, vectors), times(numbers, vectors))
     np.testing.assert_allclose(squared_sizes(matrices), squared_sizes(numbers))
+
+
+def test_groups_without_values_have_no_shares():
+    joint, _ = joint_of(np.random.default_rng(6), np.array([0, 2]), 2)
+    some = joint.shares([0, 1], [0, 0, 2, 2])
+    np.testing.assert_array_equal(some, joint.shares([0, 1], [0, 2]))

@@ -135,7 +135,7 @@ def test_full_matrices_have_the_covariances_of_sparse_ones(axes, monkeypatch):
     operator = random_operator(axes, SHAPES)
     full = PointOperator((numbers_of(operator),), axes)
     pairs = np.array([[0, 1], [1, 0], [3, 3], [2, 0]])
-    monkeypatch.setattr(point_operator, "NUMBERS_AT_ONCE", 30)  # in parts
+    monkeypatch.setattr(point_operator, "NUMBERS_IN_CACHE", 30)  # in parts
     assert full.covariances(SIZES) == pytest.approx(operator.covariances(SIZES))
     between = full.covariances_between(pairs, SIZES)
     assert between == pytest.approx(operator.covariances_between(pairs, SIZES))

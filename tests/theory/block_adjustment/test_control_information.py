@@ -112,3 +112,16 @@ def check(flights, control):
     # the last control point lies in no model: nothing checks it
     assert scores[-1] == 0.0
     np.testing.assert_allclose(information[-1], 0.0, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_what_moves_everything_alike_is_no_check(kind):
+    """Also where models have many strong points for each control point."""
+    strong = flight(5, 5, kind)
+    strong = replace(strong, weight=1e3 * strong.weight)
+    shifted = ControlValues(CONTROL[:4], 1e3 * CONTROL[:4] + 7.0, np.full(4, 400.0))
+    scores, information = control_information([strong], shifted)
+    alike = np.ones(4)
+    assert abs(alike @ information @ alike) < 1e-9 * np.trace(information)
+    assert abs(alike @ scores) < 1e-6 * np.abs(scores).max()
+    assert np.trace(information) > 1.0

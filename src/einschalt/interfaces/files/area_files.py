@@ -19,6 +19,7 @@ from einschalt.foundations.projections import (
     read_crs,
     read_source_crs,
     reproject,
+    scale_range,
 )
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.input_files import companions, read_once
@@ -30,6 +31,7 @@ JSON_SUFFIXES = (".geojson", ".json")
 KINDS = ("Polygon", "MultiPolygon")
 MOST_AREAS = 10_000
 GOOD_ENOUGH = 5.0  # metres: of the border of an area
+MOST_STRETCHED = 0.02  # of a length: distances between photographs are on the ground
 UTM_NORTH, UTM_SOUTH = 32600, 32700
 FARTHEST_NORTH, FARTHEST_SOUTH = 84.0, -80.0  # degrees, of UTM
 NO_SYSTEM = (
@@ -160,6 +162,8 @@ def _as_area(drawn, crs):
     shapes = [shapely.force_2d(one) for one in drawn.shapes]
     if target is not None and target != drawn.crs:
         shapes = [_moved(one, drawn.crs, target) for one in shapes]
+    if target is not None:
+        _require_metres(shapes, target)
     for one in shapes:
         FlightArea(one)  # each must be sound before they are joined
     if len(shapes) > 1:
@@ -192,7 +196,37 @@ def _target(drawn, crs):
             f"in {label_of(zone)} (another one: --crs)."
         )
         return zone, [said]
+    stretched = _stretched(drawn.shapes, drawn.crs)
+    if abs(stretched - 1.0) > MOST_STRETCHED:
+        zone = _utm_zone(drawn)
+        said = (
+            f"The area is in {label_of(drawn.crs)}, where a metre on the ground is "
+            f"{stretched:.2f} m; the plan is in {label_of(zone)} (another one: --crs)."
+        )
+        return zone, [said]
     return drawn.crs, []
+
+
+def _stretched(shapes, crs):
+    """What becomes of a metre on the ground in a system; 1.0 where nobody knows."""
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    xy = np.concatenate([shapely.get_coordinates(one) for one in shapes])
+    found = scale_range(*xy.T, crs)
+    if found is None:
+        return 1.0
+    return float(max(found, key=lambda one: abs(one - 1.0)))
+
+
+def _require_metres(shapes, crs):
+    """Refuse a system that was asked for, and stretches the area."""
+    stretched = _stretched(shapes, crs)
+    if abs(stretched - 1.0) > MOST_STRETCHED:
+        raise ProjectionError(
+            f"a metre on the ground is {stretched:.2f} m in {label_of(crs)} there",
+            expected="a plane system made for the area, such as its zone of UTM",
+            remedy="Give its --crs, or leave --crs out",
+        )
 
 
 def _utm_zone(drawn):

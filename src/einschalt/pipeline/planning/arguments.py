@@ -59,6 +59,12 @@ class PlanCosts:
         ranges = dict.fromkeys(self.__dataclass_fields__, allowed)
         for problem in problems_in(self, ranges):
             raise problem
+        if not any(getattr(self, name) for name in ranges):
+            raise SettingsError(
+                "all prices are 0",
+                expected="one price at least that is not 0",
+                remedy="Give prices of what costs you something",
+            )
 
 
 def checked_axis(name, values):

@@ -50,7 +50,7 @@ class CheckedPlan(Result):
     propagated: PropagatedBlock
     reached: float  # error at the place of the target [m]
     target: float  # [m]
-    # cheaper plans that do not keep it, with what they come to
+    # other plans that were tried and do not keep it, with what they come to
     dropped: tuple[str, ...] = ()
     next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
 

@@ -294,7 +294,9 @@ def _through_stages(block, design, means):
         of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
         values = _values(block, solution.single_values, of_values)
         if solution.means.is_rigorous:
-            placed["standard_error_paper"] = _of_plain_means(placed, values)
+            placed["standard_error_paper"] = _of_plain_means(
+                placed, solution.means.used
+            )
         return placed, values, solution.figures.m_0_low
 
     return PropagatedBlock(
@@ -330,7 +332,7 @@ def _values(block, single_values, totals):
 
 
 def _of_plain_means(points, values):
-    """M of 1971 of each point, whose mean is a plain one."""
+    """M of 1971 of each point, whose mean is the plain one of some values."""
     of_point = values.groupby("point_id")["standard_error_paper"]
     paper = of_point.agg(lambda errors: np.sqrt(np.sum(errors**2)) / len(errors))
     return paper.loc[points["point_id"]].to_numpy()

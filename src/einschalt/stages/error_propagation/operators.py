@@ -30,8 +30,9 @@ from einschalt.theory.transformation.sensitivity import (
     sensitivity,
 )
 
-# numbers of a full matrix: 160 MB
-NUMBERS_AT_ONCE = 20_000_000
+# numbers of a full matrix: 80 MB for each range of points, 160 MB for those at once
+NUMBERS_OF_RANGE, RANGES_AT_ONCE = 10_000_000, 2
+NUMBERS_AT_ONCE = NUMBERS_OF_RANGE * RANGES_AT_ONCE
 PAIRS_AT_ONCE = 50_000
 NUMBERS_PER_PAIR = 30  # of a covariance of all points: with more, pairs are quicker
 # share of entries from which a product is no longer kept sparse
@@ -149,8 +150,6 @@ class PropagatedErrors:
     def covariance_between(self, first, second):
         """Covariance between pairs of points.
 
-        The variance of a coordinate difference is V_first + V_second − C − Cᵀ.
-
         (n_pairs, n_coordinates, n_coordinates) [m²], of point_ids. The variance of a
         coordinate difference is V_first + V_second − C − Cᵀ.
         """
@@ -191,7 +190,8 @@ def covariances_of_pairs(chains, standard_errors, places):
     n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(apart, n_points))
     n_parts = max(1, min(n_parts, len(places)))
     parts = np.array_split(places, n_parts)
-    between = over_parts(partial(_between, apart, standard_errors), parts)
+    work = partial(_between, apart, standard_errors)
+    between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
     return found + np.concatenate(between)
 
 
@@ -205,18 +205,26 @@ def _through_few_points(chains, n_pairs):
         if len(chain.factors) > 1:
             alike.setdefault(_key(chain, 1), {})[name] = chain
     found = max(alike.values(), key=len, default={})
-    for chain in found.values():
-        numbers = chain.factors[0].shape[1] ** 2
-        is_few = numbers <= min(NUMBERS_PER_PAIR * n_pairs, NUMBERS_AT_ONCE)
-        return found if is_few else {}
-    return found
+    if not found:
+        return {}
+    n_numbers = next(iter(found.values())).factors[0].shape[1]
+    if n_numbers**2 > min(NUMBERS_PER_PAIR * n_pairs, NUMBERS_AT_ONCE):
+        return {}
+    rest = _without_first_step(found)
+    n_points = next(iter(rest.values())).n_points
+    widest = max(_row_size(chain, n_points) for chain in rest.values())
+    return found if n_numbers * widest <= NUMBERS_AT_ONCE else {}
+
+
+def _without_first_step(chains):
+    return {n: PointOperator(c.factors[1:], c.axes) for n, c in chains.items()}
 
 
 def _through(chains, standard_errors, places):
     """Covariances between pairs, from the covariance of what their chains share."""
     any_chain = next(iter(chains.values()))
-    step, axes = PointOperator(any_chain.factors[:1], any_chain.axes), any_chain.axes
-    rest = {n: PointOperator(c.factors[1:], axes) for n, c in chains.items()}
+    step = PointOperator(any_chain.factors[:1], any_chain.axes)
+    rest = _without_first_step(chains)
     joint = sum(
         rows.joint_covariance(standard_errors[source])
         for source, rows in _rows_of(rest, np.arange(step.n_sources))
@@ -247,7 +255,7 @@ def propagate(point_ids, chains, standard_errors) -> PropagatedErrors:
 
     # in ranges of points: the product as a whole would hold some hundred blocks a point
     ranges = np.array_split(np.arange(n_points), n_ranges(chains, n_points))
-    found = over_parts(covariances, ranges)
+    found = over_parts(covariances, ranges, most_at_once=RANGES_AT_ONCE)
     parts = {name: np.concatenate([part[name] for part in found]) for name in chains}
     return PropagatedErrors(point_ids, parts, chains, standard_errors)
 
@@ -262,7 +270,7 @@ def n_ranges(chains, n_points) -> int:
         chain.axes.size(n_points) * _row_size(chain, n_points)
         for chain in chains.values()
     )
-    return max(1, int(-(-numbers // NUMBERS_AT_ONCE)))
+    return max(1, int(-(-numbers // NUMBERS_OF_RANGE)))
 
 
 def _row_size(chain, n_points):
@@ -271,7 +279,7 @@ def _row_size(chain, n_points):
     As the rows of some points show, that lie all over the block.
     """
     widest = max((matrix.shape[1] for matrix in chain.factors), default=1)
-    if chain.axes.size(n_points) * widest <= NUMBERS_AT_ONCE:
+    if chain.axes.size(n_points) * widest <= NUMBERS_OF_RANGE:
         return widest  # all of them fit, even full ones
     n_all = chain.n_points
     sampled = np.unique(np.linspace(0, n_all - 1, min(N_SAMPLED, n_all)).astype(int))

@@ -85,6 +85,8 @@ def _share_out(first, last, start, order, within, first_pair, blocks, shares):
         most = max(most, start[group + 1] - start[group])
     joint = np.empty((most * d, most * d))
     for group in range(first, last):
+        if start[group + 1] == start[group]:
+            continue
         values = order[start[group] : start[group + 1]]
         _fill_joint(joint, values, within, first_pair, blocks)
         _share(joint, len(values), shares[start[group] : start[group + 1]])

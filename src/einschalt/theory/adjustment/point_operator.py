@@ -23,7 +23,7 @@ from einschalt.foundations.kernels import compiled
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
 # of the rows of pairs, which stay in the cache of a processor
-NUMBERS_AT_ONCE = 100_000
+NUMBERS_IN_CACHE = 100_000
 # below them a thread takes as long to start as it saves
 PRODUCTS_WORTH_A_THREAD = 5_000_000
 N_RANGES = 8  # of rows, each for a thread
@@ -321,13 +321,14 @@ class PointOperator:
         size = self.axes.value
         out = np.zeros((len(pairs), size, size), np.result_type(rows.dtype, joint))
         entries = (rows.indptr, rows.indices, rows.data)
-        _multiply_through(*entries, joint, np.ascontiguousarray(pairs), out)
+        pairs = np.ascontiguousarray(pairs, dtype=np.int64)
+        _multiply_through(*entries, joint, pairs, out)
         return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
 
     def _products_of(self, scaled, pairs):
         """Sums of products of the full rows of pairs of points, as covariances."""
         rows = scaled.reshape(-1, self.axes.value, scaled.shape[1])
-        n_parts = -(-len(pairs) * rows[:1].size // NUMBERS_AT_ONCE)
+        n_parts = -(-len(pairs) * rows[:1].size // NUMBERS_IN_CACHE)
         parts = np.array_split(pairs, max(1, n_parts))
         products = [
             np.einsum("pin,pjn->pij", rows[part[:, 0]], rows[part[:, 1]].conj())

@@ -27,6 +27,8 @@ from einschalt.theory.block_adjustment.solver import order_placed
 # weight of "no correction" for each parameter of a model, against its diagonal: models
 # that hang on nothing stay where they are
 RIDGE = 1e-9
+# times what it makes of a shift of everything: that much of it may look like a check
+MOST_OF_RIDGE = 20.0
 AT_ONCE = 256  # right sides: more would take much memory
 
 
@@ -102,7 +104,23 @@ def control_information(flights, control):
     closed[is_held] = control.value[is_held] - centre[place[is_held]]
     moved = _solution(factor, system, value - centre[incidence.point])
     scores = information @ closed + pull.conj().T @ moved
-    return np.where(is_held, scores, 0.0), np.real(information)
+    ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
+    scores = np.where(is_held, scores, 0.0)
+    return _checked(scores, np.real(information), MOST_OF_RIDGE * ridge)
+
+
+def _checked(scores, information, least):
+    """Scores and information without directions of which they tell too little.
+
+    What moves everything alike is held by nothing but the ridge: where models have many
+    points and control few, that would look like a check, which the block fails.
+    """
+    values, vectors = np.linalg.eigh((information + information.T) / 2.0)
+    is_checked = values > least
+    if is_checked.all():
+        return scores, information
+    kept = vectors[:, is_checked]
+    return kept @ (kept.T @ scores), (kept * values[is_checked]) @ kept.T
 
 
 def _joined(flights):

@@ -18,6 +18,7 @@ from einschalt.pipeline.assessment.findings.systematic_errors import (
     strained_network_of_adjustment,
 )
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
@@ -187,3 +188,24 @@ def test_a_block_too_large_for_the_strain_test_is_told_so(monkeypatch, limit, sa
     assert re.search(
         message.replace("(", r"\("), result.summary().replace("\n    ", " ")
     )
+
+
+def test_many_points_for_each_control_point_do_not_pass_for_contradictions():
+    """Of drones: what moves everything alike was taken for a check of control."""
+    design = FlightDesign(
+        scale_number=9100,
+        spacing=30,
+        m_g_um=1.9,
+        high_scale_number=11375,
+        high_m_g_um=1.9,
+        width=500,
+        height=500,
+        image_format=(0.024, 0.036),
+        principal_distance=0.035,
+        forward_overlap=0.8,
+        side_overlap=0.6,
+    )
+    block = simulate_block(seed=500, geometry=design.geometry(), noise=design.noise())
+    result = densify(block)
+    assert result.patterns.strain.n_control > 40
+    assert network_strain(result) is None

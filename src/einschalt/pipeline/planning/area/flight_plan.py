@@ -15,6 +15,7 @@ WHOLE = 1e-9
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
 PARTS_OF_SPACING = 0.5
+FINEST = 1.0  # m: what stands closer hides nothing from a camera
 """Of the heights of the ground: of a drop between them half a step may be missed."""
 
 
@@ -156,7 +157,7 @@ def _on_the_way(photographs, heights):
     line = photographs["line_id"].to_numpy()
     before = np.flatnonzero(line[1:] == line[:-1])
     step = place[before + 1] - place[before]
-    apart = PARTS_OF_SPACING * heights.spacing
+    apart = max(PARTS_OF_SPACING * heights.spacing, FINEST)
     n_parts = np.ceil(np.hypot(*step[:, :2].T) / apart).astype(np.int64)
     n_between = np.maximum(n_parts - 1, 0)
     segment = np.repeat(np.arange(len(before)), n_between)

@@ -116,8 +116,11 @@ class GroundHeights:
     @cached_property
     def spacing(self) -> float:
         """Usual distance of a height from the next [m]."""
-        step = max(1, len(self.plane) // 1000)
-        return float(np.median(self._tree.query(self.plane[::step], k=2)[0][:, 1]))
+        from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
+
+        places = np.unique(self.plane, axis=0)  # exports may overlap
+        step = max(1, len(places) // 1000)
+        return float(np.median(KDTree(places).query(places[::step], k=2)[0][:, 1]))
 
     def require_cover(self, area):
         """Refuse heights that leave the border of an area, or a place in it, bare.
