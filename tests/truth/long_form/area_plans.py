@@ -137,16 +137,23 @@ def tables():
 
 
 def _row(name):
-    n_blocks = N_BLOCKS[name.rpartition(" ")[0]]
+    """More flights, and more again, until the ratio is known well enough."""
+    n_flights = N_BLOCKS[name.rpartition(" ")[0]]
     layout = plan_of(name)
-    expected = propagate(layout).mean
-    seeds = range(1, n_blocks // TOGETHER + 1)
-    squares = np.concatenate(of_blocks(partial(true_squares, name), seeds))
+    expected, squares = propagate(layout).mean, np.empty(0)
+    ratio = None
+    while ratio is None or ratio.error > ratio.known_to:
+        before = len(squares) // TOGETHER
+        seeds = range(before + 1, before + n_flights // TOGETHER + 1)
+        found = of_blocks(partial(true_squares, name), seeds)
+        squares = np.concatenate([squares, *found])
+        expected_squares = np.full(len(squares), expected**2)
+        ratio = root_of_ratio(expected_squares, squares, **WITHIN_3_PERCENT)
     return (
         name,
         f"{len(squares)}",
         f"{sum(layout.oriented(flight).n_models for flight in FLIGHTS)}",
         f"{int(layout.is_control.sum())}",
-        root_of_ratio(np.full(len(squares), expected**2), squares, **WITHIN_3_PERCENT),
+        ratio,
         Figure(100.0 * float(np.sqrt(np.mean(squares))), form=".2f"),
     )
