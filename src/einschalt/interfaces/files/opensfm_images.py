@@ -4,6 +4,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
 
@@ -48,10 +49,3 @@ def image_sizes(files):
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise damaged(path.name, f"is no reconstruction: {error}") from error
     return sizes
-
-
-def damaged(source, found):
-    """FileError of a file that its program has not written so."""
-    return FileError(
-        found, expected="whole data", remedy="Export it again", file=source
-    )

@@ -7,9 +7,10 @@ sizes stand in ``reconstruction*.json`` beside it.
 import numpy as np
 import pandas as pd
 
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import companions
 from einschalt.interfaces.files.opensfm_images import image_sizes, require_sizes
-from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of, numbers_of
+from einschalt.interfaces.programs.foreign import Foreign, lines_of, numbers_of
 
 VERSION = b"OPENSFM_TRACKS_VERSION_v"
 KNOWN = ("1", "2")
