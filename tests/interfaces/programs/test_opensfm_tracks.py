@@ -55,3 +55,19 @@ def test_damaged_tracks_are_refused_with_their_line(tmp_path, text, told):
 def test_a_last_line_without_an_end_is_noted(tmp_path):
     found = read_foreign(written(tmp_path, HEADS[V1] + V1.rstrip("\n")))
     assert "is its last line whole?" in found.notes[0]
+
+
+# as JSON may have them
+SIDES = ["0", "-5", "0.5", '"nan"', '"inf"', "1e400", "1" + "0" * 400]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=lambda side: side[:8])
+@pytest.mark.parametrize("place", [0, 1])
+def test_sizes_that_no_image_has_are_refused(tmp_path, side, place):
+    size = [4000, 3000]
+    size[place] = 7777
+    path = written(tmp_path, HEADS[V1] + V1, (size, (3000, 4000)))
+    beside = path.with_name("reconstruction.json")
+    beside.write_text(beside.read_text().replace("7777", side))
+    with pytest.raises(EinschaltError, match=r"n\.json: the size of image a\.jpg is"):
+        read_foreign(path)

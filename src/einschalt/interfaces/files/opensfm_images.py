@@ -1,5 +1,6 @@
 """Sizes of images, as reconstructions of OpenSfM have them."""
 
+import math
 from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
@@ -45,7 +46,20 @@ def image_sizes(files):
             for part in parts:
                 for image, shot in part["shots"].items():
                     camera = part["cameras"][shot["camera"]]
-                    sizes[image] = float(camera["width"]), float(camera["height"])
+                    sizes[image] = _size(camera, image, path.name)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise damaged(path.name, f"is no reconstruction: {error}") from error
     return sizes
+
+
+def _size(camera, image, source):
+    """Width and height of an image, as its camera has them."""
+    size = float(camera["width"]), float(camera["height"])
+    if not all(math.isfinite(side) and side >= 1.0 for side in size):
+        said = f"{camera['width']} x {camera['height']}"
+        raise damaged(
+            source,
+            f"the size of image {image} is {shortened(said)}",
+            "width and height in pixels, at least 1",
+        )
+    return size
