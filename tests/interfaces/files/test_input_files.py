@@ -11,6 +11,7 @@ from einschalt.interfaces.files import input_files
 from einschalt.interfaces.files.input_files import (
     checksum,
     checksum_or_none,
+    companions,
     read_text_bytes,
     require_file,
 )
@@ -133,3 +134,31 @@ def test_folder_that_may_not_be_looked_into(tmp_path, monkeypatch):
 def test_checksum_is_sha256(tmp_path):
     (tmp_path / "a.csv").write_bytes(b"abc")
     assert checksum(tmp_path / "a.csv") == hashlib.sha256(b"abc").hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "beside"),
+    [
+        ("tracks.shp", b"", ["tracks.dbf", "tracks.shx"]),
+        ("tracks_points.csv", b"point_id,x,y\n", []),
+        ("tracks.csv", b"point_id,x,y\n", []),
+        ("tracks.csv", b"OPENSFM_TRACKS_VERSION_v2\n", ["reconstruction.json"]),
+        ("part.CSV", b"OPENSFM_TRACKS_VERSION_v1\n", ["reconstruction.json"]),
+        ("ground_control_points.json", b"{}", ["reconstruction.json"]),
+        ("tracks.csv", None, []),
+    ],
+)
+def test_only_what_is_of_opensfm_has_its_reconstructions(tmp_path, name, data, beside):
+    for other in ("reconstruction.json", "tracks.shx", "tracks.dbf"):
+        (tmp_path / other).write_bytes(b"[]")
+    if data is not None:
+        (tmp_path / name).write_bytes(data)
+    found = companions(tmp_path / name)
+    assert sorted(one.name for one in found) == beside
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
+def test_a_pipe_is_not_asked_whether_it_holds_tracks(tmp_path):
+    os.mkfifo(tmp_path / "tracks.csv")
+    assert companions(tmp_path / "tracks.csv") == []
+    assert companions(tmp_path / "tracks\0.csv") == []

@@ -11,6 +11,7 @@ from pyarrow import parquet
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.tables import MODEL_POINTS, check_table
+from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
 
 
@@ -149,3 +150,31 @@ def test_lists_and_structures_are_no_values(tmp_path, name, column):
 
 def test_other_columns_may_hold_lists(tmp_path):
     assert len(read_back(tmp_path, rays=pa.array([[1.0], [2.0]]))) == 2
+
+
+@pytest.mark.parametrize(
+    "geo",
+    [
+        "[" * 100_000,
+        '{"primary_column": "x", "columns": {"x": {"encoding": "WKB", "crs": '
+        + '{"a": ' * 100_000,
+    ],
+)
+def test_nested_facts_of_a_geometry_are_those_of_none(tmp_path, geo):
+    table = pa.table({"model_id": ["1"], "point_id": ["A"], "x": [1.0], "y": [2.0]})
+    table = table.replace_schema_metadata({b"geo": geo.encode()})
+    parquet.write_table(table, tmp_path / "t.parquet")
+    frame = read_parquet(tmp_path / "t.parquet", MODEL_POINTS)
+    assert frame.to_numpy().tolist() == [["1", "A", 1.0, 2.0]]
+
+
+def test_more_groups_of_rows_than_are_counted_are_refused(tmp_path, monkeypatch):
+    names = [str(k) for k in range(5)]
+    table = {"model_id": names, "point_id": names, "x": [1.0] * 5, "y": [1.0] * 5}
+    path = tmp_path / "t.parquet"
+    parquet.write_table(pa.table(table), path, row_group_size=1)
+    monkeypatch.setattr(unpacked_sizes, "MOST_GROUPS", 5)
+    assert len(read_parquet(path, MODEL_POINTS)) == 5
+    monkeypatch.setattr(unpacked_sizes, "MOST_GROUPS", 4)
+    with pytest.raises(FileError, match="5 groups of rows; expected at most 4"):
+        read_parquet(path, MODEL_POINTS)

@@ -1,6 +1,7 @@
 """Tracks of OpenSfM as image points, by the sizes of the images beside them."""
 
 import json
+import tracemalloc
 
 import pytest
 
@@ -55,3 +56,61 @@ def test_damaged_tracks_are_refused_with_their_line(tmp_path, text, told):
 def test_a_last_line_without_an_end_is_noted(tmp_path):
     found = read_foreign(written(tmp_path, HEADS[V1] + V1.rstrip("\n")))
     assert "is its last line whole?" in found.notes[0]
+
+
+# as JSON may have them
+SIDES = ["0", "-5", "0.5", '"nan"', '"inf"', "1e400", "1" + "0" * 400]
+
+
+@pytest.mark.parametrize("side", SIDES, ids=lambda side: side[:8])
+@pytest.mark.parametrize("place", [0, 1])
+def test_sizes_that_no_image_has_are_refused(tmp_path, side, place):
+    size = [4000, 3000]
+    size[place] = 7777
+    path = written(tmp_path, HEADS[V1] + V1, (size, (3000, 4000)))
+    beside = path.with_name("reconstruction.json")
+    beside.write_text(beside.read_text().replace("7777", side))
+    with pytest.raises(EinschaltError, match=r"n\.json: the size of image a\.jpg is"):
+        read_foreign(path)
+
+
+@pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
+def test_bad_lines_are_all_named_where_they_stand(tmp_path, line_end):
+    bad = [
+        V1.replace("0.25", "1_0"),
+        V1.replace("-0.125", "1e999"),
+        V1.replace("a.jpg", " "),
+        V1.replace("\t7\t", "\t\t"),
+        V1.rstrip("\n") + "\t3\n",
+        "\u2028" + V1.replace("0.25", ""),
+    ]
+    lines = [HEADS[V1], V1, "\n", *bad[:3], "  \n", V1, *bad[3:], V1]
+    path = written(tmp_path, "")
+    path.write_bytes("".join(lines).replace("\n", line_end).encode())
+    with pytest.raises(EinschaltError) as caught:
+        read_foreign(path)
+    assert [one.row for one in caught.value.problems] == [4, 5, 6, 9, 10, 11]
+
+
+def test_blanks_signs_and_quotes_are_read_as_before(tmp_path):
+    row = ' a.jpg \t"7\t3\t +.25\t-1.25e-1 \t0.002\t1\t2\t3\n'
+    path = written(tmp_path, HEADS[V1] + "\n\t\t\t\t\t\t\t\t\n" + row)
+    found = read_foreign(path).tables["image_points"]
+    assert found.to_numpy().tolist() == [["a.jpg", '"7', 2999.5, 999.5]]
+
+
+def test_lines_longer_than_a_block_of_the_reader_are_named(tmp_path):
+    text = HEADS[V1] + V1 + "x" * 2**21 + "\n"
+    with pytest.raises(EinschaltError, match=r"row 3: 'xxx.*cannot be read"):
+        read_foreign(written(tmp_path, text))
+
+
+def test_nothing_is_done_row_by_row(tmp_path):
+    """Rows are no objects of Python: of 10^5 there are few more than of one."""
+    path = written(tmp_path, HEADS[V1] + V1 * 100_000)
+    tracemalloc.start()
+    found = read_foreign(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(found.tables["image_points"]) == 100_000
+    assert peak < 30e6  # 150 MB as lists of words

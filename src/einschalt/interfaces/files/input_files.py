@@ -25,6 +25,8 @@ SIGNATURES = {
     codecs.BOM_UTF16_BE: ("is UTF-16 text", "Save it as UTF-8"),
 }
 UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+OPENSFM_TRACKS = b"OPENSFM_TRACKS_VERSION_v"
+TEXT_SUFFIXES = (".csv", ".txt")
 HEAD_BYTES = 2**20  # in which a file must have said something
 BYTES_PER_GB = 1e9
 LARGE_BYTES = 2**28  # read at once, holes or not
@@ -268,8 +270,8 @@ def companions(path):
     which have the sizes of its images.
     """
     path = Path(path)
-    if path.suffix.lower() == ".json" or path.name.startswith("tracks"):
-        return sorted(path.parent.glob("reconstruction*.json"))
+    if path.suffix.lower() == ".json" or _is_tracks(path):
+        return reconstructions(path)
     if path.suffix.lower() != ".shp":
         return []
     suffixes = (".shx", ".dbf", ".prj", ".cpg")
@@ -277,6 +279,24 @@ def companions(path):
     if path.suffix.isupper():
         beside = [path.with_suffix(s.upper()) for s in suffixes]
     return [one for one in beside if one.is_file()]
+
+
+def reconstructions(path):
+    """Reconstructions of OpenSfM beside a file."""
+    return sorted(Path(path).parent.glob("reconstruction*.json"))
+
+
+def _is_tracks(path):
+    """Whether a file says that it holds tracks of OpenSfM, whatever its name."""
+    if path.suffix.lower() not in TEXT_SUFFIXES:
+        return False
+    try:
+        if not path.is_file():  # a device or a pipe may never end
+            return False
+        with path.open("rb") as file:
+            return file.read(len(OPENSFM_TRACKS)) == OPENSFM_TRACKS
+    except (OSError, ValueError):  # who reads the file will say it
+        return False
 
 
 def checksum(path):

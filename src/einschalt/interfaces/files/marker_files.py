@@ -27,13 +27,13 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import (
     companions,
     read_once,
     read_text_bytes,
 )
 from einschalt.interfaces.files.opensfm_images import (
-    damaged,
     image_sizes,
     json_of,
     require_sizes,

@@ -1,9 +1,11 @@
 """Sizes of images, as reconstructions of OpenSfM have them."""
 
+import math
 from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
 
@@ -44,14 +46,20 @@ def image_sizes(files):
             for part in parts:
                 for image, shot in part["shots"].items():
                     camera = part["cameras"][shot["camera"]]
-                    sizes[image] = float(camera["width"]), float(camera["height"])
+                    sizes[image] = _size(camera, image, path.name)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise damaged(path.name, f"is no reconstruction: {error}") from error
     return sizes
 
 
-def damaged(source, found):
-    """FileError of a file that its program has not written so."""
-    return FileError(
-        found, expected="whole data", remedy="Export it again", file=source
-    )
+def _size(camera, image, source):
+    """Width and height of an image, as its camera has them."""
+    size = float(camera["width"]), float(camera["height"])
+    if not all(math.isfinite(side) and side >= 1.0 for side in size):
+        said = f"{camera['width']} x {camera['height']}"
+        raise damaged(
+            source,
+            f"the size of image {image} is {shortened(said)}",
+            "width and height in pixels, at least 1",
+        )
+    return size

@@ -29,6 +29,7 @@ from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.json_text import parsed_json
 from einschalt.interfaces.files.parquet_batches import (
     has_deltas,
     in_batches,
@@ -103,14 +104,14 @@ def _geometry_of(metadata, names):
     if facts is None:
         return None
     try:
-        given = json.loads(facts)
+        given = parsed_json(facts)
         name = given["primary_column"]
         column = given["columns"][name]
         is_binary = column["encoding"] == "WKB" and name in names
-    except (ValueError, KeyError, TypeError):
+        crs = column.get("crs", WGS_84)  # the default of the format
+        crs = json.dumps(crs) if isinstance(crs, dict) else crs
+    except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    crs = column.get("crs", WGS_84)  # the default of the format
-    crs = json.dumps(crs) if isinstance(crs, dict) else crs
     return (name, crs) if is_binary else None
 
 
@@ -124,14 +125,14 @@ def _read_columns(data, schema, said, source):
     columns = [metadata.schema.column(k) for k in range(metadata.num_columns)]
     places = {column.path: k for k, column in enumerate(columns)}
     names = metadata.schema.to_arrow_schema().names
-    unpacked_sizes.refuse_size(metadata, names, len(data), source)
+    n_rows = unpacked_sizes.refuse_size(metadata, names, len(data), source)
     meant = meant_header(names, schema, said, source)
     meaning = dict(zip(names, meant.names, strict=True))
     place = _geometry_of(metadata, names)
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
     known += [place[0]] if place else []
     by_name = {name: columns[k] for name, k in places.items()}
-    unpacked_sizes.refuse_columns(by_name, known, metadata, len(data), source)
+    unpacked_sizes.refuse_columns(by_name, known, n_rows, len(data), source)
     numbers = {name for name in known if meaning[name] in schema.number_names}
     bounds = {n: _Bound(n, n in numbers, len(data), source) for n in known}
     texts = [n for n in known if by_name[n].physical_type == TEXT_OF_PARQUET]

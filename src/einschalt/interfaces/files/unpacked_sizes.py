@@ -3,6 +3,7 @@
 from einschalt.foundations.errors import FileError
 
 MOST_COLUMNS = 1000
+MOST_GROUPS = 10**5
 NUMBER_BYTES = 8
 # measurements are packed ten times at most, by rows that repeat each other some more
 MOST_PACKED = 100
@@ -22,7 +23,10 @@ def most_text_of_numbers(n_rows):
 
 
 def refuse_size(metadata, names, n_bytes, source):
-    """Refuse a table of too many columns, or groups of rows that tell of a monster."""
+    """Refuse a table of too many columns or groups, or groups that tell of a monster.
+
+    Returns the number of rows.
+    """
     if len(names) > MOST_COLUMNS:
         raise FileError(
             f"the table has {len(names)} columns",
@@ -30,18 +34,26 @@ def refuse_size(metadata, names, n_bytes, source):
             remedy="Leave out the columns that are no part of the table",
             file=source,
         )
-    groups = [metadata.row_group(k) for k in range(min(metadata.num_row_groups, 10**5))]
+    if metadata.num_row_groups > MOST_GROUPS:
+        raise FileError(
+            f"the table has {metadata.num_row_groups} groups of rows",
+            expected=f"at most {MOST_GROUPS}",
+            remedy="Export it with more rows in each group",
+            file=source,
+        )
+    groups = [metadata.row_group(k) for k in range(metadata.num_row_groups)]
     packed = sum(group.total_byte_size for group in groups)
-    refuse_unpacked(max(packed, n_rows(metadata) * NUMBER_BYTES), n_bytes, source)
+    n_rows = count_rows(metadata, groups)
+    refuse_unpacked(max(packed, n_rows * NUMBER_BYTES), n_bytes, source)
+    return n_rows
 
 
-def n_rows(metadata):
+def count_rows(metadata, groups):
     """Count the rows of a file, as it tells of them, or of its groups of rows."""
-    groups = [metadata.row_group(k) for k in range(min(metadata.num_row_groups, 10**5))]
     return max(metadata.num_rows, sum(group.num_rows for group in groups))
 
 
-def refuse_columns(columns, known, metadata, n_bytes, source):
+def refuse_columns(columns, known, n_rows, n_bytes, source):
     """Refuse what the known columns of a table would unpack to.
 
     ``columns``: those of the file without structures, by name. All values of one may be
@@ -57,7 +69,7 @@ def refuse_columns(columns, known, metadata, n_bytes, source):
                 file=source,
             )
     sizes = [max(columns[name].length, NUMBER_BYTES) for name in known]
-    refuse_unpacked(n_rows(metadata) * sum(sizes), n_bytes, source)
+    refuse_unpacked(n_rows * sum(sizes), n_bytes, source)
 
 
 def refuse_unpacked(unpacked, n_bytes, source):

@@ -2,8 +2,8 @@
 
 A cell is read as its value: what a formula gave when the workbook was saved; a formula
 without one is refused where it is needed. Hidden sheets are read if they are named.
-Formulas of .ods, macros, pictures and links do not even
-reach the reader, and nothing computes those of .xlsx.
+Formulas of .ods, macros, pictures and links do not even reach the reader, and nothing
+computes those of .xlsx.
 """
 
 import io

@@ -5,9 +5,9 @@ import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     lines_of,
     numbers_of,
     orientations,

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     Line,
-    damaged,
     is_finite,
     numbers_of,
     orientations,

@@ -17,9 +17,10 @@ import pandas as pd
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.extras import imported
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.gdal_files import COPIES
 from einschalt.interfaces.files.map_layers import exaggeration
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
+from einschalt.interfaces.programs.foreign import Foreign, is_finite
 
 COLOURS = {"new": 7, "control": 30, "check": 5}
 NUMBER, HEIGHT, ERROR = "NUMBER", "HEIGHT", "ERROR"

@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError, TableError, raise_problems
+from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.tables import listed
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.text_encodings import read_table_text
-
-MOST_SAID = 200  # characters of what a file is found to say
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +42,6 @@ class Line:
 def unseen(source):
     """Note on a file whose format comes from the manual alone."""
     return f"{source}: read after the manual; no file of the program itself was seen"
-
-
-def damaged(source, found, expected="whole data", row=None):
-    """FileError of a file that another program has not written so."""
-    return FileError(
-        shortened(found, MOST_SAID),
-        expected=expected,
-        remedy="Export it again",
-        file=source,
-        row=row,
-    )
 
 
 def lines_of(file, *, comments=("#",), separator=None):

@@ -6,9 +6,9 @@ import pandas as pd
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     lines_of,
     numbers_of,
     orientations,

@@ -8,7 +8,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pandas as pd
 
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
+from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.programs.foreign import Foreign, is_finite
 from einschalt.interfaces.programs.plain_xml import child, each, read_xml, xml_bytes
 
 NAMESPACE = "http://www.landxml.org/schema/LandXML-1.2"

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     lines_of,
     numbers_of,
     orientations,

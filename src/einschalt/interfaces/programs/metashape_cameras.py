@@ -8,9 +8,9 @@ nowhere on the Earth unless the chunk has a transform.
 import numpy as np
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     is_finite,
     orientations,
 )

@@ -5,10 +5,10 @@ import pandas as pd
 
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     cells_of,
-    damaged,
     is_finite,
     lines_of,
 )

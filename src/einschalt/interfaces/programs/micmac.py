@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     is_finite,
     lines_of,
     numbers_of,

@@ -1,40 +1,138 @@
 """Tracks of OpenSfM: points that it found itself in several images.
 
 ``tracks.csv`` counts from the middle of an image in units of its longer side; the
-sizes stand in ``reconstruction*.json`` beside it.
+sizes stand in ``reconstruction*.json`` beside it. Millions of rows are usual.
 """
 
+import re
+
 import numpy as np
-import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+from pyarrow import csv as arrow_csv
 
-from einschalt.interfaces.files.input_files import companions
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.tables import listed
+from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.input_files import OPENSFM_TRACKS, reconstructions
 from einschalt.interfaces.files.opensfm_images import image_sizes, require_sizes
-from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of, numbers_of
+from einschalt.interfaces.files.text_encodings import read_table_text
+from einschalt.interfaces.programs.foreign import Foreign
 
-VERSION = b"OPENSFM_TRACKS_VERSION_v"
-KNOWN = ("1", "2")
+N_COLUMNS = {"1": 9, "2": 11}  # of each version, as OpenSfM itself demands
+IMAGE, TRACK, X, Y = "0", "1", "3", "4"
+READ = [IMAGE, TRACK, X, Y]
 EXPECTED = "image, track, feature, x y in units of the longer side, parted by tabs"
+LINE_END = re.compile(rb"\r\n|\r|\n")
+NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
+LARGEST_BLOCK = 2**31 - 1  # of pyarrow
 
 
 def is_tracks(head):
     """Whether the first bytes of a file look so."""
-    return head.startswith(VERSION)
+    return head.startswith(OPENSFM_TRACKS)
 
 
 def read_tracks(file) -> Foreign:
     """Read image points, in pixels from the upper left corner."""
-    first, *lines = lines_of(file, comments=(), separator="\t")
-    version = first.text.removeprefix(VERSION.decode())
-    if version not in KNOWN:
+    data = read_table_text(file, file.source)[0]
+    end = LINE_END.search(data)
+    first, start = (data[: end.start()], end.end()) if end else (data, len(data))
+    version = first.decode("utf-8").strip().removeprefix(OPENSFM_TRACKS.decode())
+    if version not in N_COLUMNS:
         found = f"tracks of version {version!r}"
-        raise damaged(file.source, found, "version 1 or 2", first.row)
-    if not lines:
+        raise damaged(file.source, found, "version 1 or 2", 1)
+    if end is None or not data[start:].strip():
         raise damaged(file.source, "holds no point of a track", EXPECTED)
-    places = numbers_of(lines, file.source, 3, 5, EXPECTED)
-    images = [line.words[0] for line in lines]
-    sizes = image_sizes(companions(file.path))
-    require_sizes(images, sizes, file.source)
-    sides = np.array([sizes[image] for image in images])
+    table, rows, torn = _parted(pa.py_buffer(data).slice(start), N_COLUMNS[version])
+    places, is_bad = _numbers(table)
+    _refuse_rows(np.sort(np.append(rows[is_bad], torn)), data, file.source)
+    if not table.num_rows:
+        raise damaged(file.source, "holds no point of a track", EXPECTED)
+    return Foreign({"image_points": _in_pixels(table, places, file)})
+
+
+def _parted(lines, n_columns):
+    """Image, track, x and y as text; the lines they stand in, and those of no columns.
+
+    Lines are counted from 1, the first of the file; empty ones are left out.
+    """
+    skipped, torn = [], []
+
+    def skip(line):
+        skipped.append(line.number + 1)
+        if line.text.strip():
+            torn.append(line.number + 1)
+        return "skip"
+
+    table = arrow_csv.read_csv(
+        pa.BufferReader(lines),
+        read_options=arrow_csv.ReadOptions(
+            column_names=[str(k) for k in range(n_columns)],
+            # no line is longer, and without threads lines have their numbers
+            block_size=min(len(lines) + 1, LARGEST_BLOCK),
+            use_threads=False,
+        ),
+        parse_options=arrow_csv.ParseOptions(
+            delimiter="\t",
+            quote_char=False,
+            ignore_empty_lines=False,
+            invalid_row_handler=skip,
+        ),
+        convert_options=arrow_csv.ConvertOptions(
+            column_types=dict.fromkeys(READ, pa.string()), include_columns=READ
+        ),
+    )
+    columns = [pc.utf8_trim_whitespace(table[name]) for name in READ]
+    rows = np.delete(
+        np.arange(2, 2 + table.num_rows + len(skipped)), np.array(skipped, int) - 2
+    )
+    is_empty = [pc.equal(column, "").to_numpy() for column in columns]
+    is_said = ~np.all(is_empty, axis=0)
+    table = pa.table(columns, names=READ).filter(pa.array(is_said))
+    return table, rows[is_said], np.array(torn, int)
+
+
+def _numbers(table):
+    """Place x y in each row, (n_rows, 2), and whether it lacks a name or a number."""
+    texts = [table[name] for name in (X, Y)]
+    texts = [
+        pc.if_else(pc.match_substring_regex(one, NUMBER), one, "nan") for one in texts
+    ]
+    places = np.column_stack([one.cast(pa.float64()).to_numpy() for one in texts])
+    is_bad = ~np.isfinite(places).all(axis=1)
+    for name in (IMAGE, TRACK):
+        is_bad |= pc.equal(table[name], "").to_numpy()
+    return places, is_bad
+
+
+def _refuse_rows(rows, data, source):
+    """Name all lines that have other columns, or something else than numbers."""
+    if not len(rows):
+        return
+    lines = LINE_END.split(data)
+
+    def problem(row):
+        words = lines[row - 1].decode("utf-8").split("\t")
+        return TableError(
+            f"{shortened(' '.join(words), 60)!r} cannot be read",
+            expected=EXPECTED,
+            remedy="Correct the line, or export the file again",
+            file=source,
+            row=row,
+        )
+
+    raise_problems(listed(rows, problem, "so are the lines"))
+
+
+def _in_pixels(table, places, file):
+    """Image points, by the sizes of the images beside the tracks."""
+    images = table[IMAGE].combine_chunks().dictionary_encode()
+    names = images.dictionary.to_pylist()
+    sizes = image_sizes(reconstructions(file.path))
+    require_sizes(names, sizes, file.source)
+    sides = np.array([sizes[name] for name in names])[images.indices.to_numpy()]
     pixels = places * sides.max(axis=1)[:, None] + (sides - 1.0) / 2.0
-    table = pd.DataFrame({"image_id": images, "point_id": [x.words[1] for x in lines]})
-    return Foreign({"image_points": table.assign(x=pixels[:, 0], y=pixels[:, 1])})
+    points = pa.table([table[IMAGE], table[TRACK]], names=["image_id", "point_id"])
+    return points.to_pandas().assign(x=pixels[:, 0], y=pixels[:, 1])

@@ -11,9 +11,9 @@ import pandas as pd
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
-    damaged,
     is_finite,
     lines_of,
     numbers_of,

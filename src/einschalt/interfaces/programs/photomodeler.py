@@ -9,12 +9,12 @@ import pandas as pd
 
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
+from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     Line,
     cells_of,
-    damaged,
     is_finite,
     lines_of,
     numbers_of,

@@ -13,7 +13,8 @@ import pandas as pd
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs, to_geocentric
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
+from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.programs.foreign import Foreign, is_finite, lines_of
 from einschalt.interfaces.programs.handed_over import MOST_FULL
 
 AXES = ("STAX", "STAY", "STAZ")
