@@ -90,6 +90,20 @@ def test_bad_lines_are_all_named_where_they_stand(tmp_path, line_end):
     with pytest.raises(EinschaltError) as caught:
         read_foreign(path)
     assert [one.row for one in caught.value.problems] == [4, 5, 6, 9, 10, 11]
+    assert "expected 9 columns parted by tabs: image, track" in str(caught.value)
+
+
+@pytest.mark.parametrize("rest", ["", "\n", "\n \n\t\n"])
+def test_tracks_of_no_line_are_refused(tmp_path, rest):
+    path = written(tmp_path, HEADS[V1].rstrip("\n") + rest)
+    with pytest.raises(EinschaltError, match="holds no point of a track"):
+        read_foreign(path)
+
+
+def test_tracks_of_lines_that_say_nothing_are_refused(tmp_path):
+    path = written(tmp_path, HEADS[V2] + "\u3000\n" + "\t" * 10 + "\n")
+    with pytest.raises(EinschaltError, match="holds no point of a track"):
+        read_foreign(path)
 
 
 def test_blanks_signs_and_quotes_are_read_as_before(tmp_path):

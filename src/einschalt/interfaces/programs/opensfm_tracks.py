@@ -23,7 +23,6 @@ from einschalt.interfaces.programs.foreign import Foreign
 N_COLUMNS = {"1": 9, "2": 11}  # of each version, as OpenSfM itself demands
 IMAGE, TRACK, X, Y = "0", "1", "3", "4"
 READ = [IMAGE, TRACK, X, Y]
-EXPECTED = "image, track, feature, x y in units of the longer side, parted by tabs"
 LINE_END = re.compile(rb"\r\n|\r|\n")
 NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 LARGEST_BLOCK = 2**31 - 1  # of pyarrow
@@ -43,13 +42,20 @@ def read_tracks(file) -> Foreign:
     if version not in N_COLUMNS:
         found = f"tracks of version {version!r}"
         raise damaged(file.source, found, "version 1 or 2", 1)
-    if end is None or not data[start:].strip():
-        raise damaged(file.source, "holds no point of a track", EXPECTED)
-    table, rows, torn = _parted(pa.py_buffer(data).slice(start), N_COLUMNS[version])
+    n_columns = N_COLUMNS[version]
+    expected = (
+        f"{n_columns} columns parted by tabs: image, track, feature, x y in units of "
+        "the longer side, and more"
+    )
+    nothing = damaged(file.source, "holds no point of a track", expected)
+    if not data[start:].strip():  # which pyarrow refuses in words of its own
+        raise nothing
+    table, rows, torn = _parted(pa.py_buffer(data).slice(start), n_columns)
     places, is_bad = _numbers(table)
-    _refuse_rows(np.sort(np.append(rows[is_bad], torn)), data, file.source)
+    bad = np.sort(np.append(rows[is_bad], torn))
+    _refuse_rows(bad, data, expected, file.source)
     if not table.num_rows:
-        raise damaged(file.source, "holds no point of a track", EXPECTED)
+        raise nothing
     return Foreign({"image_points": _in_pixels(table, places, file)})
 
 
@@ -107,7 +113,7 @@ def _numbers(table):
     return places, is_bad
 
 
-def _refuse_rows(rows, data, source):
+def _refuse_rows(rows, data, expected, source):
     """Name all lines that have other columns, or something else than numbers."""
     if not len(rows):
         return
@@ -117,7 +123,7 @@ def _refuse_rows(rows, data, source):
         words = lines[row - 1].decode("utf-8").split("\t")
         return TableError(
             f"{shortened(' '.join(words), 60)!r} cannot be read",
-            expected=EXPECTED,
+            expected=expected,
             remedy="Correct the line, or export the file again",
             file=source,
             row=row,
