@@ -122,7 +122,7 @@ def _tests(kind, models):
                 _by_internal_residuals,
                 *given,
                 N_STATSMODELS,
-                at_least(200, 1000),
+                at_least(80, 1000),
             ),
             _peer(
                 "statsmodels OLS, outlier_test",
