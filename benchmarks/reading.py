@@ -1,8 +1,8 @@
 """A million rows from a file, with all checks, against polars, which checks nothing.
 
 CPU time on one core, least of twelve: Parquet 94 ms, polars 46 (two cores, both busy
-otherwise: 1.7 to 1.9 times polars' time). CSV takes 0.9 to 1.1 times polars' time, most
-of it pyarrow's reading, in one part for each core.
+otherwise: 1.7 to 1.9 times polars' time). CSV takes 1.2 to 1.75 times polars' time,
+most of it pyarrow's reading, in one part for each core.
 
 Of Parquet's time, unpacking (Zstandard) takes 32 ms, which polars needs as well, and
 pyarrow's reading with it 50: more than polars takes for everything. Copying the file
@@ -22,7 +22,7 @@ from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 
 N_ROWS, N_OF_MODEL = 10**6, 50
 NAMES = ("coverage", "model_id", "point_id")
-BOUNDS = {".csv": at_least(0.67), ".parquet": at_least(0.25, 0.67)}
+BOUNDS = {".csv": at_least(0.5, 0.67), ".parquet": at_least(0.25, 0.67)}
 
 
 def run():
