@@ -110,10 +110,11 @@ def control_information(flights, control):
 
 
 def _checked(scores, information, least):
-    """Scores and information without directions of which they tell too little.
+    """Scores (n,) and information (n, n) without directions that hardly have any.
 
-    What moves everything alike is held by nothing but the ridge: where models have many
-    points and control few, that would look like a check, which the block fails.
+    Those of at most ``least`` [1/m²] are left out. What moves everything alike is held
+    by nothing but the ridge: where models have many points and control few, that would
+    look like a check, which the block fails.
     """
     values, vectors = np.linalg.eigh((information + information.T) / 2.0)
     is_checked = values > least

@@ -15,8 +15,8 @@ WHOLE = 1e-9
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
 PARTS_OF_SPACING = 0.5
-FINEST = 1.0  # m: what stands closer hides nothing from a camera
 """Of the heights of the ground: of a drop between them half a step may be missed."""
+FINEST = 1.0  # m: heights that stand closer tell no more of what lies below
 
 
 @dataclass(frozen=True, eq=False)
