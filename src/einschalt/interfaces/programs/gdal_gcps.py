@@ -12,13 +12,13 @@ import pandas as pd
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import child, each, read_xml
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     cells_of,
     is_finite,
     lines_of,
 )
-from einschalt.interfaces.programs.plain_xml import child, each, read_xml
 
 VRT = "a VRT with a GCPList"
 TIFF = "a GeoTIFF with tie points"
