@@ -164,6 +164,10 @@ def test_tie_points_of_a_geotiff_are_read_from_its_tags(tmp_path):
     (tmp_path / "a.tif").write_bytes(geotiff(ties, at_points))
     found = read_foreign(tmp_path / "a.tif").tables["image_points"]
     assert found.loc[0, ["x", "y"]].tolist() == [1.5, 2.5]
+    for wrong in (np.nan, np.inf):
+        (tmp_path / "a.tif").write_bytes(geotiff([wrong, *ties[1:]]))
+        with pytest.raises(EinschaltError, match=r"a\.tif: its tags are damaged"):
+            read_foreign(tmp_path / "a.tif")
     (tmp_path / "a.tif").write_bytes(geotiff(ties)[:60])
     with pytest.raises(EinschaltError, match=r"a\.tif: (is no|its tags|has)"):
         read_foreign(tmp_path / "a.tif")
