@@ -189,6 +189,8 @@ def with_points(texts):
 
 def with_hyphens(texts):
     """Numbers as text with a hyphen for the minus of typesetters."""
+    if not pc.any(pc.match_substring(texts, MINUS), min_count=0).as_py():
+        return texts  # a look takes a third of the time of a copy
     return pc.replace_substring(texts, MINUS, "-")
 
 
