@@ -285,7 +285,7 @@ def test_rows_are_multiplied_on_any_number_of_cores(monkeypatch, kind):
     columns = rng.normal(size=(20, 6)).astype(kind)
     operator = PointOperator((sparse.csr_array(dense),), Axes.COMPLEX)
     whole = operator.apply(columns)
-    monkeypatch.setattr(point_operator, "PRODUCTS_WORTH_A_THREAD", 1)
+    monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 1)
     for n_cores in (1, 2, 7):
         monkeypatch.setattr(batches, "n_cores", lambda n=n_cores: n)
         np.testing.assert_array_equal(operator.apply(columns), whole)

@@ -11,22 +11,18 @@ are wanted, or what it makes of some columns.
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
-from itertools import pairwise
 from operator import add, matmul
 
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_parts, over_segments, segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
 # of the rows of pairs, which stay in the cache of a processor
 NUMBERS_IN_CACHE = 100_000
-# below them a thread takes as long to start as it saves
-PRODUCTS_WORTH_A_THREAD = 5_000_000
-N_RANGES = 8  # of rows, each for a thread
 
 
 class Axes(Enum):
@@ -254,8 +250,17 @@ class PointOperator:
 
     def apply(self, numbers):
         """What becomes of packed vectors, or of columns of them."""
-        parts = (_applied_to(numbers, one.factors) for one in self.products)
-        return reduce(add, parts)
+        if numbers.ndim == 1:
+            return self.apply(numbers[:, None])[:, 0]
+        if not self.factors:
+            return numbers
+        out = None
+        for one in self.products:
+            steps, inner = one.factors, numbers
+            for matrix in steps[:0:-1]:
+                inner = _add_product(matrix, inner)
+            out = _add_product(steps[0], inner, out)
+        return out
 
     def of_vectors(self, vectors):
         """What becomes of vectors of points, (n_sources, n_coordinates)."""
@@ -399,33 +404,27 @@ def stacked(rows):
     return PointOperator((sparse.vstack(beside, format="csr"),), rows[0][0].axes)
 
 
-def _applied_to(numbers, factors):
-    for matrix in reversed(factors):
-        numbers = _applied(matrix.tocsr(), numbers)
-    return numbers
-
-
-def _applied(matrix, columns):
-    if columns.ndim == 2 and np.iscomplexobj(columns) and not np.iscomplexobj(matrix):
+def _add_product(matrix, columns, out=None):
+    """Product of a sparse matrix and columns, added to ``out`` if that is given."""
+    dtype = np.result_type(matrix.dtype, columns.dtype)
+    if out is None:
+        out = np.zeros((matrix.shape[0], columns.shape[1]), dtype)
+    elif out.dtype != dtype:
+        out = out.astype(np.result_type(out, dtype))
+    rows, numbers = sparse.csr_array(matrix), out
+    columns = np.ascontiguousarray(columns, dtype=out.dtype)
+    if np.iscomplexobj(out) and not np.iscomplexobj(rows):
         # two real columns for each complex one: half the work
-        columns = np.ascontiguousarray(columns)
-        return _applied(matrix, columns.view(float)).view(complex)
-    n_products = matrix.nnz * columns[:1].size
-    if n_products < PRODUCTS_WORTH_A_THREAD:
-        return matrix @ columns
-    edges = np.linspace(0, matrix.nnz, N_RANGES + 1)
-    edges = np.unique(np.searchsorted(matrix.indptr, edges))
-    edges[0], edges[-1] = 0, matrix.shape[0]
-    ranges = [_rows(matrix, *edge) for edge in pairwise(edges.tolist())]
-    return np.concatenate(over_parts(lambda rows: rows @ columns, ranges))
-
-
-def _rows(matrix, first, last):
-    """Rows of a sparse array, no number of which is copied."""
-    begin, end = matrix.indptr[[first, last]]
-    pointer = matrix.indptr[first : last + 1] - begin
-    parts = matrix.data[begin:end], matrix.indices[begin:end], pointer
-    return sparse.csr_array(parts, shape=(last - first, matrix.shape[1]))
+        columns, numbers = columns.view(float), out.view(float)
+    over_segments(
+        _add_rows,
+        rows.indptr.astype(np.int64),
+        rows.indices.astype(np.int64),
+        rows.data,
+        columns,
+        numbers,
+    )
+    return out
 
 
 def _squares(numbers):
@@ -440,6 +439,15 @@ def of_real_axes(scalar):
     same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
     rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
     return np.stack(rows, -2)
+
+
+@compiled
+def _add_rows(first, last, start, column, value, columns, out):
+    for row in range(first, last):
+        for k in range(start[row], start[row + 1]):
+            factor, given = value[k], columns[column[k]]
+            for j in range(len(given)):
+                out[row, j] += factor * given[j]
 
 
 @compiled
