@@ -24,8 +24,6 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # layouts that are propagated, and those that may miss before the closed estimate is
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
-WORK_OF_CHECK = 6e6
-"""Of one layout, as ``FlightDesign.most_work``: a second at most."""
 MOST_REFUSED = 60  # layouts that cannot be flown
 WEIGHT_OF_ESTIMATE = 0.5  # beside 1 of a layout that was propagated
 # of the logarithm of the error that is likely
@@ -335,7 +333,6 @@ def design_of(plan, frame) -> FlightDesign:
         high_m_g_um=frame.high_over_low_m_g * m_g_um,
         control_standard_error=frame.control_standard_error,
         control_per_model=int(plan["control_per_model"]),
-        most_work=WORK_OF_CHECK,
     )
 
 

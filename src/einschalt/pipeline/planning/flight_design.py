@@ -1,6 +1,6 @@
 """A planned block in its planner's words, as geometry and noise of a simulation."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
@@ -27,8 +27,8 @@ LEAST_ROWS, MOST_ROWS = 16, 70
 LEAST_POINTS_PER_MODEL = 4
 MOST_ON_THE_GROUND = 0.5
 """Where more than this part of the points is control, a plan densifies little."""
-MOST_WORK = 2.5e7
-"""Values times what each depends on: some seconds of propagation."""
+MOST_WORK = 1e7
+"""Values times pairs of models at a point: a second of propagation at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,8 @@ class FlightDesign:
     # extent of the area [m]; where left out enough for three high-flight images
     width: float | None = None
     height: float | None = None
-    # values times what each depends on, of the layout: beyond it points are thinned
+    # values times pairs of models at a point, of the layout: beyond it points are
+    # thinned
     most_work: float = MOST_WORK
 
     def __post_init__(self):
@@ -103,17 +104,15 @@ class FlightDesign:
     def layout_spacing(self) -> float:
         """Distance of the points of the layout [m].
 
-        Where models hold hundreds of points it is larger than planned: fewer make the
-        same errors, to some 2 %, since little of them comes from the noise of single
-        points.
+        Where dozens of models hold a point it is larger than planned: fewer points make
+        the same errors, to some 2 %, since little of them comes from the noise of
+        single points.
         """
         width, height = self.extent
         n_points = width * height / self.spacing**2
-        whole = replace(self.model, edge="mid_edge")
-        in_model = float(whole.n_points(self.scale_number, self.spacing))
         n_values = self.n_coverages * models_per_point(self.model)
-        work = n_points * in_model * n_values**2
-        return float(self.spacing) * max(1.0, work / self.most_work) ** 0.25
+        work = n_points * n_values**3
+        return float(self.spacing) * max(1.0, work / self.most_work) ** 0.5
 
     def geometry(self) -> BlockGeometry:
         """Return the layout of both flights over the area."""

@@ -26,14 +26,13 @@ from einschalt.pipeline.planning.area.layout import (
 )
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
-from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
 from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
 FEWEST_IN_A_MODEL = 8
 """Points that a model of the checked layout holds at least; else a part is checked."""
-WORK_OF_LAYOUT = 6e6  # as FlightDesign.most_work: about a second
 MOST_POINTS = 200_000
 MOST_LEFT_OUT = 0.002
 # layouts that are propagated, those of them that may miss, and that keep the target:
@@ -233,7 +232,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     return layout, flown, [text for text in said if text]
 
 
-def _over(area, design, most_work) -> FlightDesign:
+def _over(area, design, most_work=MOST_WORK) -> FlightDesign:
     """Give a design the extent of an area, and no more points than can be held."""
     length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
     thinnest = float(np.sqrt(length * width / MOST_POINTS))
@@ -249,13 +248,13 @@ def _over(area, design, most_work) -> FlightDesign:
 def _laid_out(area, plan, frame):
     usual = design_of(plan, frame)
     require_size(area, usual)
-    design = _over(area, usual, WORK_OF_LAYOUT)
+    design = _over(area, usual)
     model = np.prod(design.geometry().usable_model) * design.scale_number**2
     if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
         return _LaidOut(lay_out(area, design), is_part=False)
     # a part as large as the layouts of a search
     part = _part_of(area, usual.extent)
-    return _LaidOut(lay_out(part, _over(part, usual, WORK_OF_LAYOUT)), is_part=True)
+    return _LaidOut(lay_out(part, _over(part, usual)), is_part=True)
 
 
 def _part_of(area, extent):
