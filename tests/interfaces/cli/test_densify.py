@@ -12,6 +12,7 @@ import pandas as pd
 import pyogrio
 import pytest
 
+from einschalt.interfaces.cli import progress
 from einschalt.pipeline.settings import Settings, words_of
 
 pytestmark = pytest.mark.usefixtures("computed_once")
@@ -46,10 +47,11 @@ def test_the_former_word_of_a_method_is_understood(invoke, block_folder, tmp_pat
     assert "'one_step' is not one of 'two_step', 'simultaneous'" in shown.stderr
 
 
-def test_results_are_written_and_said(spawn, block_folder, tmp_path):
+def test_results_are_written_and_said(invoke, block_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     output = tmp_path / "out"
-    done = spawn("densify", block_folder, "--output", output)
-    assert done.returncode == 0
+    done = invoke("densify", block_folder, "--output", output)
+    assert done.exit_code == 0
     assert {path.name for path in output.iterdir()} >= FILES
     assert done.stdout.startswith("Demo (simulated): 77 new points, ")
     assert f"Results in {output}, report in {output / 'report.html'}" in done.stdout
