@@ -12,12 +12,17 @@ import pandas as pd
 import pyogrio
 import pytest
 
-from einschalt.interfaces.cli import progress
 from einschalt.pipeline.settings import Settings, words_of
 
 pytestmark = pytest.mark.usefixtures("computed_once")
 
 ROOT = Path(__file__).parents[3]
+# progress from the first moment, which is none of a second
+IMPATIENT = """
+from einschalt.interfaces.cli import main, progress
+progress.PATIENCE = 0.0
+main.run()
+"""
 FILES = {
     *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
     *("points.parquet", "models.parquet", "residuals.parquet"),
@@ -47,11 +52,17 @@ def test_the_former_word_of_a_method_is_understood(invoke, block_folder, tmp_pat
     assert "'one_step' is not one of 'two_step', 'simultaneous'" in shown.stderr
 
 
-def test_results_are_written_and_said(invoke, block_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+def test_results_are_written_and_said(block_folder, tmp_path):
     output = tmp_path / "out"
-    done = invoke("densify", block_folder, "--output", output)
-    assert done.exit_code == 0
+    words = ("densify", block_folder, "--output", output)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPATIENT, *map(str, words)],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0
     assert {path.name for path in output.iterdir()} >= FILES
     assert done.stdout.startswith("Demo (simulated): 77 new points, ")
     assert f"Results in {output}, report in {output / 'report.html'}" in done.stdout
