@@ -1,6 +1,7 @@
-"""Words of plans: every one that the output uses can be looked up."""
+"""Words of plans: every one that the output uses can be looked up, and is German."""
 
 import json
+import re
 
 import pandas as pd
 import pytest
@@ -83,3 +84,29 @@ def test_their_meanings_are_german_too():
         for column in columns
     }
     assert {*PLAN_TABLES.values(), *meanings} <= set(german)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("--target", "7cm", "--scale-number", 9000, "--spacing", 300),
+        ("--target", "1mm", "--scale-number", 9000, "--spacing", 300),
+        ("--target", "8cm", "--spacing", 300, "--n-coverages", 1),
+        ("--expect", "--spacing", 300, "--width", 4000, "--height", 4000),
+        ("--target", "5cm", "--camera", "uav_one_inch", "--spacing", 100),
+    ],
+)
+def test_what_plan_prints_is_german(options, invoke):
+    shown = invoke("plan", *options, "--where", "edge", "--language", "de")
+    said = re.sub(r"--[a-z-]+|kind = \w+", "", shown.stdout + shown.stderr)
+    english = r"\b(the|of|with|and|plan|plans|layout|pointings?|affine|Anlage|at)\b"
+    assert not re.findall(english, said)
+
+
+def test_pointings_have_one_name(invoke):
+    target = ("--target", "7cm", "--scale-number", 9000, "--spacing", 300)
+    for options in ((), target):
+        said = invoke("plan", *options).stdout
+        assert "pointing" in said
+        assert not re.search(r"\bsettings?\b", said)
