@@ -17,6 +17,12 @@ from einschalt.pipeline.settings import Settings, words_of
 pytestmark = pytest.mark.usefixtures("computed_once")
 
 ROOT = Path(__file__).parents[3]
+# progress from the first moment, which is none of a second
+IMPATIENT = """
+from einschalt.interfaces.cli import main, progress
+progress.PATIENCE = 0.0
+main.run()
+"""
 FILES = {
     *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
     *("points.parquet", "models.parquet", "residuals.parquet"),
@@ -46,9 +52,16 @@ def test_the_former_word_of_a_method_is_understood(invoke, block_folder, tmp_pat
     assert "'one_step' is not one of 'two_step', 'simultaneous'" in shown.stderr
 
 
-def test_results_are_written_and_said(spawn, block_folder, tmp_path):
+def test_results_are_written_and_said(block_folder, tmp_path):
     output = tmp_path / "out"
-    done = spawn("densify", block_folder, "--output", output)
+    words = ("densify", block_folder, "--output", output)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPATIENT, *map(str, words)],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     assert done.returncode == 0
     assert {path.name for path in output.iterdir()} >= FILES
     assert done.stdout.startswith("Demo (simulated): 77 new points, ")

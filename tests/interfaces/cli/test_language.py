@@ -9,6 +9,7 @@ from einschalt.foundations.column_meanings import MEANINGS
 from einschalt.foundations.language import catalogue, written_in
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_run import run_block
+from einschalt.interfaces.cli import progress
 from einschalt.interfaces.cli.commands import told_help
 from einschalt.interfaces.cli.explained_findings import explained_finding
 from einschalt.interfaces.cli.main import COMMANDS, app
@@ -25,7 +26,8 @@ def test_the_option_goes_before_the_locale(invoke, block_folder, monkeypatch):
     assert shown.stdout == f"{block_folder}: nothing wrong\n"
 
 
-def test_german_results_have_the_same_data(invoke, block_folder, tmp_path):
+def test_german_results_have_the_same_data(invoke, block_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     for language in ("en", "de"):
         output = ("--output", tmp_path / language)
         shown = invoke("densify", block_folder, *output, "--language", language)

@@ -172,12 +172,26 @@ def test_a_figure_is_written(question, says, invoke, tmp_path):
 def test_what_does_not_count_is_said(invoke):
     shown = invoke("plan", "--spacing", 300, "--n-coverages", 3, "--where", "edge")
     assert shown.exit_code == 0
-    assert "Not used for the tables: --n-coverages, --where." in shown.stdout
+    first = "Not used for the tables: --n-coverages, --where.\n"
+    assert shown.stdout.startswith(first)
     shown = invoke(
         *("plan", "--target", 0.06, "--scale", 8000, "--spacing", 300),
         *("--m-0", 0.1, "--expect"),
     )
-    assert "Not used for --target: --m-0, --expect." in shown.stdout
+    assert shown.stdout.startswith("Not used for --target: --m-0, --expect.\n")
+
+
+def test_what_does_not_count_is_a_problem_for_programs(invoke):
+    shown = invoke("plan", "--spacing", 300, "--where", "edge", "--json")
+    assert shown.exit_code == 0
+    (problem,) = json.loads(shown.stdout)["problems"]
+    assert problem["found"] == "Not used for the tables: --where."
+
+
+def test_what_does_not_count_is_told_where_the_answer_fails_too(invoke):
+    shown = invoke("plan", "--where", "edge", "--spacing", 300, "--scale", 100)
+    assert shown.exit_code == 2
+    assert "Not used for the tables: --where." in shown.stdout
 
 
 def test_terrain_is_judged_for_both_flights_of_a_layout(invoke, tmp_path):

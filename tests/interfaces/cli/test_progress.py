@@ -4,27 +4,42 @@ import sys
 from types import SimpleNamespace
 
 from einschalt.foundations import kernels
-from einschalt.interfaces.cli import compiling
+from einschalt.interfaces.cli import compiling, progress
 from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.pipeline.progress import Stage
 
+TENTHS = [f"{10 * tenth:3d}%  laying out plans" for tenth in range(11)]
 STAGES = [Stage.RELATIVE_ORIENTATION, Stage.ERROR_PROPAGATION, Stage.DONE]
 
 
 def show(*, is_quiet):
-    with stage_progress(is_quiet=is_quiet) as progress:
+    with stage_progress(is_quiet=is_quiet) as report:
         for stage in STAGES:
-            progress(stage, stage.fraction)
+            report(stage, stage.fraction)
 
 
-def test_lines_where_there_is_no_terminal(capsys):
+def test_lines_where_there_is_no_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     show(is_quiet=False)
     said = capsys.readouterr()
     assert said.out == ""
     assert (
         said.err == "  0%  relative orientation\n 90%  error propagation\n100%  done\n"
     )
+
+
+def test_no_lines_of_what_is_done_at_once(capsys):
+    show(is_quiet=False)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_few_lines_of_many_steps(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    with stage_progress(is_quiet=False) as report:
+        for k in range(1001):
+            report("laying out plans", k / 1000)
+    assert capsys.readouterr().err.splitlines() == TENTHS
 
 
 def test_nothing_when_quiet(capsys):
@@ -45,19 +60,20 @@ def test_a_bar_on_a_terminal_is_gone_at_the_end(capsys, monkeypatch):
 
 def test_a_bar_does_not_read_markup(capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with stage_progress(is_quiet=False) as progress:
-        progress("[/nonsense]", 0.5)
+    with stage_progress(is_quiet=False) as report:
+        report("[/nonsense]", 0.5)
 
 
 def test_what_is_compiled_is_said_at_the_stage_that_waits(capsys, monkeypatch):
-    monkeypatch.setattr(compiling, "PAUSE", 0.0)
+    monkeypatch.setattr(compiling, "PAUSE_IN_A_LOG", 0.0)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(kernels, "_watch", kernels._Watch())
     with (
         stage_progress(is_quiet=False) as show,
-        compilations_shown(show) as progress,
+        compilations_shown(show) as shown,
     ):
-        progress.n_usual = 2
-        progress(Stage.MODEL_TRANSFORMATION, 0.5)
+        shown.n_usual = 2
+        shown(Stage.MODEL_TRANSFORMATION, 0.5)
         for name in ("_fit", "_sums", "_one_more"):
             kernels._watch.n_kernels += 1
             kernels._watch.announce(name)
@@ -70,6 +86,7 @@ def test_what_is_compiled_is_said_at_the_stage_that_waits(capsys, monkeypatch):
 
 
 def test_not_every_kernel_is_said(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(kernels, "_watch", kernels._Watch())
     with stage_progress(is_quiet=False) as show, compilations_shown(show):
         for name in ("_fit", "_sums"):

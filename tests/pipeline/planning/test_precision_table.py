@@ -120,7 +120,9 @@ def test_nonsense_is_refused_with_the_remedy(change, says):
 def test_a_spacing_larger_than_the_model_is_refused():
     with pytest.raises(GeometryError, match="larger than a model at 1:6000, 828 x 966"):
         es.plan_precision([6000, 8000], [300, 900], 0.1, 10)
-    with pytest.raises(GeometryError, match=r"1\.2 points .*at least 3 for affine"):
+    with pytest.raises(
+        GeometryError, match=r"1\.2 points .*at least 3 for kind = affine"
+    ):
         es.plan_precision(6000, 800, 0.1, 10)
 
 

@@ -1,5 +1,6 @@
 """Plans that cannot be laid out: the next ones are tried, and the answer stands."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,9 +8,13 @@ import pytest
 import shapely
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.planning.advice.points_in_models import downwards
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.area.layout import MOST_MODELS, models_over
+from einschalt.pipeline.planning.arguments import PlanCosts
+from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import (
     LAYOUT,
     MOST_REFUSED,
@@ -53,8 +58,93 @@ def test_refused_plans_do_not_use_up_those_that_are_tried(found):
     # no settings more are tried of a layout that was refused
     refused = [layout for layout in judged if layout in bad]
     assert len(refused) == len(set(refused)) == len(bad)
-    assert "  and " in checked.verdict().splitlines()[-1]
-    assert checked.verdict().count("Misses the target") == 8
+    said = " ".join(checked.verdict().split())
+    # the reason is told once, and not as if their precision missed the target
+    assert said.count("the ground is too high") == 1
+    assert f"Not recommended: {len(bad)} plans such as low flight 1:" in said
+    assert said.count("Misses the target") == len(checked.missed)
+    assert len(checked.refused) == len(bad)
+    assert len(checked.dropped) == len(checked.missed) + len(bad)
+
+
+def test_many_that_miss_are_counted(found):
+    checked = check_plans(found, FRAME, judge=_too_bad, most=12, patience=12)
+    said = " ".join(checked.verdict().split())
+    assert said.count("Misses the target: ") == 8
+    assert f"Others that miss the target: {len(checked.missed) - 8} plans." in said
+
+
+def test_plans_of_too_many_models_are_told_once_and_not_tried():
+    area = FlightArea(shapely.box(0.0, 0.0, 121_000.0, 100_000.0))
+    choices = replace(CHOICES, scale_number=(9000, 11_000, 14_000), spacing=(400,))
+    found, frame = recommended.search_over(0.06, area, choices, FRAME)
+    fitting, (note,) = recommended._that_fit(area, found, frame)
+    n_models = models_over(area, found.model, *LARGEST.T)
+    largest = area.square_km * MOST_MODELS / n_models.max()
+    assert set(fitting.plans["scale_number"]) == {11_000, 14_000}
+    three = fitting.plans[fitting.plans["n_coverages"] == 3]
+    assert set(three["scale_number"]) == {14_000}
+    assert note.startswith(f"{len(found.plans) - len(fitting.plans)} of ")
+    assert f"parts of at most {downwards(largest)} km²" in note
+    assert recommended._that_fit(_cut(area, largest), found, frame)[1] == []
+
+
+LARGEST = np.array([[9000.0, 3.0]])
+
+
+def _cut(area, square_km):
+    side = 0.999 * 1e3 * np.sqrt(square_km)
+    return FlightArea(shapely.box(0.0, 0.0, side, side))
+
+
+def test_an_area_too_large_for_all_plans_says_how_large_its_parts_may_be():
+    area = FlightArea(shapely.box(0.0, 0.0, 300_000.0, 250_000.0))
+    found, frame = recommended.search_over(0.06, area, CHOICES, FRAME)
+    with pytest.raises(GeometryError, match="models of the low flight at 1:11200") as e:
+        recommended.plan_area(area, found, frame)
+    square_km = float(re.search(r"which cover (\S+) km²", e.value.expected)[1])
+    n_parts = int(re.search(r"into (\d+) parts or more", e.value.remedy)[1])
+    assert (n_parts - 1) * square_km < area.square_km <= 1.1 * n_parts * square_km
+    fitting, _ = recommended._that_fit(_cut(area, square_km), found, frame)
+    assert set(fitting.plans["scale_number"]) == {11_200}
+
+
+UAV = CAMERAS["uav_one_inch"]
+OF_UAV = PlanFrame(
+    image_format=UAV.image_format,
+    principal_distance=UAV.principal_distance,
+    forward_overlap=0.8,
+    side_overlap=0.6,
+)
+LITTLE_LEFT = PlanChoices(
+    scale_number=(10_900,),
+    spacing=(25,),
+    m_g_um=(1,),
+    high_over_low=(1.25,),
+    n_settings=(1,),
+    n_coverages=(2,),
+    control_per_model=(9,),
+)
+
+
+@pytest.mark.parametrize("is_part", [False, True])
+def test_a_plan_of_control_alone_is_not_recommended(is_part, monkeypatch):
+    """The estimate has 49.8 % of the points as control, the layout 55 %."""
+    if is_part:
+        monkeypatch.setattr(recommended, "FEWEST_IN_A_MODEL", 1e9)
+    area = FlightArea(shapely.box(0.0, 0.0, 600.0, 500.0))
+    found, frame = recommended.search_over(0.05, area, LITTLE_LEFT, OF_UAV)
+    with pytest.raises(GeometryError, match="are 55 % of all points") as caught:
+        recommended.plan_area(area, found, frame)
+    assert "less than 50 %" in caught.value.expected
+    # the models cost nothing: the plan of more control would be the cheapest
+    choices = replace(LITTLE_LEFT, high_over_low=(1.25, 2.5))
+    cheap = replace(OF_UAV, costs=PlanCosts(image=0, model=0, control_point=0))
+    found, frame = recommended.search_over(0.05, area, choices, cheap)
+    plan = recommended.plan_area(area, found, frame)
+    assert plan.is_recommended
+    assert plan.checked.plan["high_scale_number"] == 2.5 * 10_900
+    assert len(plan.layout.control) < 0.5 * area.shape.area / 25.0**2
 
 
 def test_refusals_come_to_an_end(found):

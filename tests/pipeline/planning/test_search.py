@@ -1,5 +1,6 @@
 """From the wanted precision to the cheapest flight."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from einschalt.pipeline.planning.search import (
     PlanFrame,
     find_plans,
 )
+from einschalt.pipeline.planning.text import missed_in_cm
 
 CHOICES = PlanChoices(
     scale_number=(5000, 7000, 9000, 12000),
@@ -132,9 +134,91 @@ def test_infeasible_wishes_get_the_nearest_and_its_limit():
     text = " ".join(found.summary().split())
     assert "No plan of 669 reaches 2.0 mm" in text
     assert "It is limited by the errors of control" in text
+    assert "Not tried, and would help by the closed estimate: " in text
+    assert len(found.beyond.efforts) > 2
     poor = replace(CHOICES, n_settings=(1,), m_g_um=(40,))
     frame = PlanFrame(high_over_low_m_g=0.1, control_standard_error=1e-3)
     assert find_plans(0.02, poor, frame).nearest["limited_by"] == "measuring"
+
+
+ONE_LAYOUT = PlanChoices(
+    scale_number=(16_000,), spacing=(300,), m_g_um=(10,), n_settings=(1,)
+)
+
+
+def test_what_reaches_a_target_has_not_been_tried_yet():
+    found = find_plans(0.04, ONE_LAYOUT)
+    assert found.feasible.empty
+    said = " ".join(found.verdict.split())
+    (effort,) = [e for e in found.beyond.efforts if e.reached <= found.target]
+    assert (effort.name, effort.value) == ("n_settings", 4)
+    reaching = "Not tried, and would reach it by the closed estimate: 4 pointings each"
+    assert f"{reaching} (--n-settings): 3.8 cm." in said
+    tried = find_plans(0.04, replace(ONE_LAYOUT, n_settings=(1, 4)))
+    assert tried.nearest["reached"] == pytest.approx(effort.reached)
+    assert tried.beyond is None  # some plans reach it
+
+
+@pytest.mark.parametrize(
+    ("changes", "absent"),
+    [
+        ({"n_settings": (1, 16)}, "n_settings"),
+        ({"n_coverages": (2, 4)}, "n_coverages"),
+        ({"high_over_low": (1.05, 1.5)}, "high_over_low"),
+        ({"control_per_model": (5, 9)}, "control_per_model"),
+    ],
+)
+def test_choices_that_were_tried_are_not_advised(changes, absent):
+    found = find_plans(0.002, replace(ONE_LAYOUT, **changes))
+    names = {effort.name for effort in found.beyond.efforts}
+    assert names
+    assert absent not in names
+    if absent != "n_settings":  # of what was not tried, more settings help here
+        assert "n_settings" in names
+
+
+@pytest.mark.parametrize("name", ["n_settings", "scale_number", "n_coverages"])
+def test_efforts_come_to_what_a_search_with_them_finds(name):
+    found = find_plans(0.002, replace(ONE_LAYOUT, n_coverages=(2,)))
+    (effort,) = [one for one in found.beyond.efforts if one.name == name]
+    changes = {"n_coverages": (2,), name: (effort.value,)}
+    again = find_plans(0.002, replace(ONE_LAYOUT, **changes))
+    assert again.nearest["reached"] == pytest.approx(effort.reached)
+
+
+def test_efforts_that_exclude_each_other_are_not_added_up():
+    """Lower flights with denser control would survey most of the points."""
+    found = find_plans(0.002, replace(ONE_LAYOUT, scale_number=(8000,)))
+    assert len(found.beyond.efforts) > 1
+    together = found.beyond.together
+    said = " ".join(found.verdict.split())
+    assert ("all of them together: " in said) == bool(np.isfinite(together))
+    assert "–" not in said
+
+
+def test_efforts_keep_the_limit_of_height():
+    frame = PlanFrame(max_height=0.152 * 1.25 * 16_000 - 1.0)
+    choices = replace(ONE_LAYOUT, scale_number=(15_000,), high_over_low=(1.25,))
+    for effort in find_plans(0.002, choices, frame).beyond.efforts:
+        ratio = effort.value if effort.name == "high_over_low" else 1.25
+        assert ratio * 15_000 * 0.152 <= frame.max_height
+
+
+def test_where_nothing_helps_the_advice_says_so():
+    choices = replace(
+        ONE_LAYOUT,
+        scale_number=(110,),
+        spacing=(0.6, 2.0),
+        m_g_um=(100,),
+        high_over_low=(1.05,),
+        n_settings=(100,),
+        n_coverages=(4,),
+    )
+    frame = PlanFrame(control_standard_error=1e-9)
+    found = find_plans(1e-4, choices, frame)
+    assert found.feasible.empty
+    assert found.beyond.efforts == ()
+    assert "Nothing that was not tried would help by 3 % or more" in found.verdict
 
 
 def test_costs_decide_the_ranking():
@@ -210,6 +294,47 @@ def test_plans_that_do_not_keep_it_are_named():
     assert (
         "Misses the target: low flight 1:9600, high flight 1:14400" in checked.summary()
     )
+
+
+def test_a_miss_shows_by_how_much():
+    choices = PlanChoices(
+        scale_number=(9600,),
+        spacing=(300,),
+        m_g_um=(10,),
+        high_over_low=(1.5,),
+        n_settings=(2,),
+        n_coverages=(2,),
+        control_per_model=(5,),
+    )
+    reached = check_plans(find_plans(0.06, choices), PlanFrame()).reached
+    target = reached * (1.0 - 2e-5)
+    checked = check_plans(find_plans(target, choices), PlanFrame())
+    said = " ".join(checked.verdict().split())
+    shown = re.search(r"on a layout: (\S+) cm .* That is more than (\S+) cm", said)
+    missed, wanted = map(float, shown.groups())
+    assert missed > wanted
+    assert missed_in_cm(reached, target) == f"{shown[1]} cm"
+    # the closed estimate as well
+    search = find_plans(0.06, choices)
+    near = search.nearest["reached"] * (1.0 - 2e-5)
+    said = find_plans(near, choices).verdict
+    assert missed_in_cm(search.nearest["reached"], near) in said
+
+
+@pytest.mark.parametrize("where", ["centre", "edge", "everywhere"])
+def test_with_one_coverage_the_place_of_the_error_is_told(where):
+    choices = replace(CHOICES, n_coverages=(1,), scale_number=(8000,), spacing=(300,))
+    checked = check_plans(find_plans(0.07, choices, where=where), PlanFrame(), most=3)
+    figures = checked.expected.figures
+    place = "centre" if where == "centre" else "edge"
+    assert checked.place == place
+    assert checked.reached == getattr(figures, f"single_{place}")
+    said = " ".join(checked.summary().split())
+    assert f" cm (at the {place} of models) with low flight" in said
+    assert "(total, one coverage, mean of the models of each point)" in said
+    several = check_plans(find_plans(0.07, CHOICES), PlanFrame(), most=1)
+    assert several.place is None
+    assert "of models) with" not in " ".join(several.verdict().split())
 
 
 def test_no_cheaper_plan_is_passed_over_because_another_one_misses():

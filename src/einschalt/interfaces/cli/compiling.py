@@ -1,11 +1,12 @@
 """What is said while kernels are compiled, once after installation: half a minute."""
 
+import sys
 import time
 from contextlib import contextmanager
 
 from einschalt.foundations.kernels import compilations_told_to
 
-PAUSE = 2.0  # seconds between two of these texts
+PAUSE, PAUSE_IN_A_LOG = 2.0, 5.0  # seconds between two of these texts
 ENOUGH = 3  # kernels after which the time of the others can be guessed
 # that a block of the kind makes use of, as counted for the example blocks
 IN_THE_PLANE, FROM_IMAGES = 30, 42
@@ -41,7 +42,8 @@ class _Progress:
 
     def tell(self, news):
         now = time.monotonic()
-        if self.last is None or now - self.last >= PAUSE:
+        pause = PAUSE if sys.stderr.isatty() else PAUSE_IN_A_LOG
+        if self.last is None or now - self.last >= pause:
             self.last = now
             self.show(compiling_text(news, self.n_usual), self.fraction)
 

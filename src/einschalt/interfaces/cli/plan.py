@@ -120,14 +120,14 @@ def plan(
         typer.Option(
             metavar="NAME=COST,…",
             help="Target: prices in any currency, per image flown, model oriented, "
-            "setting of a point, and control point surveyed; plans are ranked by "
-            "cost. Prices that are not given have the default.",
+            "pointing at a point (setting), and control point surveyed; plans are "
+            "ranked by cost. Prices that are not given have the default.",
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
         "Target: ratio of the scale numbers of high and low flight"
     ) = None,
-    n_settings: _values("Target: number of settings of each point") = None,
+    n_settings: _values("Target: number of pointings at each point") = None,
     n_coverages: _values("Target, expect: number of coverages of the area") = None,
     control_per_model: _values(
         "Target, expect: control in each high-flight model, 5 or 9"

@@ -25,7 +25,7 @@ PRICES = mark_each(
     {
         "image": "{price} image",
         "model": "{price} model",
-        "setting": "{price} setting",
+        "setting": "{price} pointing",
         "control_point": "{price} control point",
     }
 )

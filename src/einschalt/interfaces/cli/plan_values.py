@@ -55,10 +55,12 @@ def numbers(option, texts, usual):
 
     >>> numbers("--scale-number", ["6000:8000:1000", "12000"], ())
     [6000.0, 7000.0, 8000.0, 12000.0]
+    >>> numbers("--scale-number", ["6000;8000"], ())
+    [6000.0, 8000.0]
     """
     if not texts:
         return list(usual)
-    parts = [part.strip() for text in texts for part in text.split(",")]
+    parts = [part.strip() for text in texts for part in re.split("[,;]", text)]
     return [value for part in parts for value in _values(option, part)]
 
 

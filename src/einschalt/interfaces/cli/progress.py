@@ -1,5 +1,6 @@
 """Progress of a computation on standard error: a bar on a terminal, lines elsewhere."""
 
+import math
 import sys
 import time
 from contextlib import contextmanager
@@ -18,6 +19,8 @@ from einschalt.interfaces.cli.exits import print_error
 from einschalt.pipeline.progress import Stage, share_of_work
 
 PATIENCE = 1.0  # seconds without a word
+LINES_OF_A_STAGE = 10
+"""Where lines are written instead of a bar, as into the log of a batch."""
 OUTCOMES = {
     "done": mark("{block} done"),
     "skipped": mark("{block} skipped"),
@@ -29,10 +32,11 @@ OUTCOMES = {
 def stage_progress(*, is_quiet):
     """Give what shows the title of a stage and the fraction that is done.
 
-    In the language of its user: the computation that reports knows English alone.
+    In the language of its user: the computation that reports knows English alone. Into
+    a pipe go few lines, and none before a second has passed.
     """
     spoken = language()
-    with _shown(_line, is_quiet=is_quiet) as show:
+    with _shown(_few_lines(), is_quiet=is_quiet) as show:
 
         def shown(title, fraction):
             with written_in(spoken):
@@ -83,8 +87,20 @@ def _silent(_title, _fraction):
     """Show nothing."""
 
 
-def _line(title, fraction):
-    print_error(f"{figure(fraction, '4.0%')}  {title}")
+def _few_lines():
+    """Give what writes a line where a stage begins, and where a part of it is done."""
+    begin, last = time.monotonic(), None
+
+    def line(title, fraction):
+        nonlocal last
+        # rounded: fractions that are sums do not hit the tenth
+        reached = title, math.floor(fraction * LINES_OF_A_STAGE + 1e-9)
+        if reached == last or time.monotonic() - begin < PATIENCE:
+            return
+        last = reached
+        print_error(f"{figure(fraction, '4.0%')}  {title}")
+
+    return line
 
 
 @contextmanager

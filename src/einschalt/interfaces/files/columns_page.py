@@ -17,6 +17,11 @@ from einschalt.foundations.column_meanings import (
 from einschalt.foundations.column_words import KINDS, WORDS, folded
 from einschalt.foundations.errors import SettingsError, name_some
 from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.plan_column_meanings import (
+    PLAN_COLUMNS,
+    PLAN_TABLES,
+    meaning_in_plan,
+)
 from einschalt.interfaces.files.result_folder import FIRST_COLUMNS
 
 SCHEMAS = {
@@ -133,6 +138,8 @@ def columns_page():
     parts += [_input_table(name) for name in INPUT_TABLES]
     parts.append(f"## {translated('Tables that are written')}\n")
     parts += [_result_table(name) for name in RESULT_TABLES]
+    parts.append(f"## {translated('Tables of plans')}\n")
+    parts += [_plan_table(name) for name in PLAN_TABLES]
     return "\n".join(parts)
 
 
@@ -179,15 +186,22 @@ def _allowed(column, meaning):
 
 
 def _result_table(name):
-    lines = [
-        f"### {translated('{table} (result)', table=name)}",
-        "",
-        f"{_capital(translated(WRITTEN.get(name, TABLES[name])))}.",
-        "",
-    ]
+    title = translated("{table} (result)", table=name)
+    about = WRITTEN.get(name, TABLES[name])
+    columns = [(column, meaning_of(column, name)) for column in written_columns(name)]
+    return _written_table(title, about, columns)
+
+
+def _plan_table(name):
+    title = translated("{table} (plan)", table=name)
+    columns = [(column, meaning_in_plan(column, name)) for column in PLAN_COLUMNS[name]]
+    return _written_table(title, PLAN_TABLES[name], columns)
+
+
+def _written_table(title, about, columns):
+    lines = [f"### {title}", "", f"{_capital(translated(about))}.", ""]
     lines += [translated("| column | unit | meaning |"), "|---|---|---|"]
-    for column in written_columns(name):
-        unit, meaning = meaning_of(column, name)
+    for column, (unit, meaning) in columns:
         lines.append(_row(f"`{column}`", unit, translated(meaning)))
     return "\n".join([*lines, ""])
 
@@ -234,14 +248,24 @@ def _in_tables(column):
         if column in written_columns(table):
             unit, said = meaning_of(column, table)
             where = translated("{table} (result)", table=table)
-            unit = f" [{unit}]" if unit else ""
-            lines.append(f"  {where}: {translated(said)}{unit}")
+            lines.append(_in_table(where, said, unit))
+    for table, columns in PLAN_COLUMNS.items():
+        if column in columns:
+            unit, said = meaning_in_plan(column, table)
+            where = translated("{table} (plan)", table=table)
+            lines.append(_in_table(where, said, unit))
     return lines
+
+
+def _in_table(where, said, unit):
+    unit = f" [{unit}]" if unit else ""
+    return f"  {where}: {translated(said)}{unit}"
 
 
 def _meant(name):
     known = {c for table in INPUT_TABLES for c in read_columns(table)}
     known |= {c for table in RESULT_TABLES for c in written_columns(table)}
+    known |= {c for columns in PLAN_COLUMNS.values() for c in columns}
     if name in known:
         return name
     word = folded(name)

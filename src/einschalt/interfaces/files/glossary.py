@@ -14,9 +14,12 @@ from einschalt.foundations.language import mark_each, translated
 PACKAGE = Path(__file__).parents[2]
 PLACES = (PACKAGE / "glossary.md", PACKAGE.parents[1] / "docs" / "glossary.md")
 NOTHING = "–"
+MATHS = re.compile(r"\$([^$]*)\$")
+OF_SYMBOLS = re.compile(r"[,;=]").split
 SECTIONS = mark_each(
     {
         "Points, flights, models": "Points, flights, models",
+        "Planning": "Planning",
         "Relative orientation": "Relative orientation",
         "Transformation and adjustment": "Transformation and adjustment",
     }
@@ -48,12 +51,17 @@ class Entry:
         return "\n".join([f"{title} ({section})", *(f"  {one}" for one in said)])
 
     def is_meant(self, term):
-        """Whether a word stands for it, in one of its languages or in the code."""
-        cells = ", ".join(self.cells.values())
+        """Whether a word stands for it: in one of its languages, its symbol, its code.
+
+        A plural of English counts as its singular.
+        """
+        cells = ", ".join(c for name, c in self.cells.items() if name != "unit")
+        symbols = [part for text in MATHS.findall(cells) for part in OF_SYMBOLS(text)]
         words = re.split(r"[,;/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
-        wanted = folded(term)
         # without what stands in brackets, and with it
-        return wanted in {folded(word.strip()) for word in words if word.strip()}
+        known = {folded(word) for word in (*words, *symbols)} - {""}
+        wanted = folded(term)
+        return wanted in known or wanted.removesuffix("s") in known
 
 
 @cache

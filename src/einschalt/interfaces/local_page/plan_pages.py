@@ -26,12 +26,21 @@ from einschalt.pipeline.planning.search import (
     PlanFrame,
     find_plans,
 )
-from einschalt.pipeline.planning.text import LIMITS, REMEDIES
+from einschalt.pipeline.planning.text import LIMITS
 
 CAMERA = "film_wide"
 HALF_TO_TWICE = (0.5, 2.0)
 ANY_TARGET = 1.0  # of which nothing is asked here [m]
 CM = 1e-2
+REMEDIES = mark_each(
+    {
+        "measuring": "Set points more often, fly lower, or with more coverages",
+        "noise": "Fly the high flight lower, or with more coverages",
+        "transformation": "Fly the high flight lower, measure it better, or give its "
+        "models nine control points",
+        "control": "Survey the control better, or give nine points to each model",
+    }
+)
 WORK = mark_each(
     {
         "cost": "cost per km²",

@@ -19,6 +19,7 @@ from einschalt.interfaces.reports.figure_files import (
     panels,
 )
 from einschalt.interfaces.reports.figure_style import EDGE, INK
+from einschalt.pipeline.planning.text import KIND_TEXT
 
 MOST_SPACINGS, MOST_M_0, MOST_PAIRS = len(ORDERED), 2, 8
 MOST_BARS = 6
@@ -73,7 +74,7 @@ def _how_to_read(model):
         "{side} %. Total point errors after the formula of 1971.\nBars reach from the "
         "middle of a model (tick) to its edge (dot). Lines: the edge; ring: the scale "
         "that is best there.",
-        kind=model.kind,
+        kind=translated(KIND_TEXT[model.kind]),
         edge=model.edge,
         along=figure_text(along, ".4g"),
         across=figure_text(across, ".4g"),

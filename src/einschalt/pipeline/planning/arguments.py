@@ -8,12 +8,11 @@ from numbers import Real
 import numpy as np
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
-from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.theory.planning.kovarik_precision import EDGES, PlannedModel
-from einschalt.theory.planning.leverage import LEAST_POINTS, PLANNED_KINDS
+from einschalt.theory.planning.leverage import PLANNED_KINDS
 
 IN_MM = "Did you give millimetres?"
 PER_CENT = "Did you give per cent?"
@@ -168,33 +167,6 @@ def flown_model(flown):
     """Give the planned model of a design or a frame, its edge by the rule of 1971."""
     sides, overlaps = flown.image_format, (flown.forward_overlap, flown.side_overlap)
     return planned_model(flown.kind, "kovarik", sides, *overlaps)
-
-
-def require_points(model, scale_number, spacing):
-    """Refuse combinations whose models hold too few points to plan anything.
-
-    Of every scale number with every spacing: one that is larger than a model, or fewer
-    points in a model than the transformation needs, is a GeometryError.
-    """
-    smallest, widest = float(np.min(scale_number)), float(np.max(spacing))
-    along, across = (smallest * side for side in model.extent)
-    n_points = float(model.n_points(smallest, widest))
-    least = LEAST_POINTS[model.kind]
-    if widest > min(along, across):
-        raise GeometryError(
-            f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
-            f"{along:.4g} x {across:.4g} m",
-            expected="several points in every model",
-            remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
-            "or a larger scale number",
-        )
-    if n_points < least:
-        raise GeometryError(
-            f"{number(n_points)} points lie in a model at {scale(smallest)} with "
-            f"a spacing of {widest:g} m",
-            expected=f"at least {least} for {model.kind}",
-            remedy="Give a smaller spacing, or a larger scale number",
-        )
 
 
 def require_reasonable_size(*axes):

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.language import figure, mark, translated
-from einschalt.foundations.typesetting import length, number
+from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
 
 FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
@@ -136,25 +135,6 @@ def flown_columns(columns, principal_distance, sampled_um) -> dict:
         "gsd": pixel * low,
         "high_gsd": pixel * high,
     }
-
-
-def within_height(columns, principal_distance, max_height) -> dict:
-    """Leave out combinations whose high flight is flown too high above ground.
-
-    GeometryError where none is left.
-    """
-    if max_height is None:
-        return columns
-    height = principal_distance * columns["high_scale_number"]
-    is_below = height <= max_height * (1.0 + 1e-9)
-    if not is_below.any():
-        raise GeometryError(
-            f"the lowest high flight is flown {number(height.min(), 3)} m above ground",
-            expected=f"at most {max_height:g} m",
-            remedy="Give larger image scales (smaller scale numbers), high flights "
-            "nearer to the low ones (--high-over-low), or a greater --max-height",
-        )
-    return {name: values[is_below] for name, values in columns.items()}
 
 
 def describe_heights(plan) -> str:

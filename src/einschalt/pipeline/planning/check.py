@@ -7,8 +7,8 @@ import pandas as pd
 from scipy.special import ndtr
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, in_english, mark, translated
+from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import per_cent, wrapped
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
@@ -17,7 +17,7 @@ from einschalt.pipeline.planning.expected_precision import (
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.text import describe_plan
+from einschalt.pipeline.planning.text import PLACES, describe_plan, missed_in_cm
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 
@@ -48,9 +48,14 @@ class CheckedPlan(Result):
     propagated: PropagatedBlock
     reached: float  # error at the place of the target [m]
     target: float  # [m]
-    # other plans that were tried and do not keep it, with what they come to
-    dropped: tuple[str, ...] = ()
+    # other plans that were tried: rows of those that miss, with the error that they
+    # come to [m], and of those that cannot be flown, with the reason
+    missed: tuple[tuple[pd.Series, float], ...] = ()
+    refused: tuple[tuple[pd.Series, EinschaltError], ...] = ()
     next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
+    # with one coverage: "centre" or "edge", where in the models ``reached`` is the
+    # error; None with several, whose mean is alike everywhere
+    place: str | None = None
 
     @property
     def expected(self) -> ExpectedPrecision:
@@ -61,6 +66,16 @@ class CheckedPlan(Result):
     def is_kept(self):
         """Whether the target is reached on the layout too."""
         return bool(self.reached <= self.target)
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Other plans that were tried, with why they are not recommended."""
+        missed = (
+            f"{describe_plan(plan)}: {missed_in_cm(reached, self.target)}"
+            for plan, reached in self.missed
+        )
+        refused = (f"{describe_plan(plan)}: {told(why)}" for plan, why in self.refused)
+        return (*missed, *refused)
 
     def verdict(self):
         """Return which plan holds, the next best, and what does not hold."""
@@ -75,17 +90,20 @@ class CheckedPlan(Result):
                 dearer=_dearer(other.plan["cost"] / self.plan["cost"]),
             )
             lines.append(wrapped(said, first="  ", indent="    "))
-        dropped = (
-            wrapped(
-                translated("Misses the target: {plan}", plan=retold(text)),
-                first="  ",
-                indent="    ",
+        said = [*self._said_of_missed(), *said_of_refused(self.refused)]
+        lines += [wrapped(text, first="  ", indent="    ") for text in said]
+        return "\n".join(lines)
+
+    def _said_of_missed(self):
+        for plan, reached in self.missed[:MOST_SAID]:
+            yield translated(
+                "Misses the target: {plan}: {reached}",
+                reached=missed_in_cm(reached, self.target),
+                plan=describe_plan(plan),
             )
-            for text in self.dropped[:MOST_SAID]
-        )
-        more = len(self.dropped) - MOST_SAID
-        last = [translated("  and {n} more", n=more)] if more > 0 else []
-        return "\n".join([*lines, *dropped, *last])
+        if len(self.missed) > MOST_SAID:
+            n = len(self.missed) - MOST_SAID
+            yield translated("Others that miss the target: {n:plan|plans}.", n=n)
 
     def _verdict(self):
         message = mark(
@@ -97,9 +115,15 @@ class CheckedPlan(Result):
                 "Recommended: {reached} with {plan}. Checked by propagation on a "
                 "layout."
             )
+        reached = _in_cm(self.reached)
+        if not self.is_kept:
+            reached = missed_in_cm(self.reached, self.target)
+        if self.place is not None:
+            place = translated(PLACES[self.place])
+            reached = translated("{error} ({place})", error=reached, place=place)
         return translated(
             message,
-            reached=_in_cm(self.reached),
+            reached=reached,
             plan=describe_plan(self.plan),
             target=_in_cm(self.target),
         )
@@ -152,21 +176,20 @@ def check_plans(
         except EinschaltError as error:
             refused.append(error)
             trials.refuse(plan)
-            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {error}"
+            dropped[plan.name] = plan, error
             continue
         trials.learn(found[0])
         tried.append(found)
         if not found[0].is_kept:
-            reached = _in_cm(found[0].reached)
-            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {reached}"
+            dropped[plan.name] = plan, found[0].reached
     return _best_of(tried, refused, dropped, cost)
 
 
 def _checked(plan, search, judge, cost, *, is_last):
     """Propagate a plan; give it with its cost, None where it is not needed."""
     propagated = judge(plan)
-    reached = _at_place(propagated, search.where)
-    found = CheckedPlan(plan, propagated, reached, search.target)
+    reached, place = _at_place(propagated, search.where)
+    found = CheckedPlan(plan, propagated, reached, search.target, place=place)
     return found, cost(plan) if found.is_kept or is_last else None
 
 
@@ -175,9 +198,28 @@ def _best_of(tried, refused, dropped, cost):
     kept = sorted((t for t in tried if t[0].is_kept), key=lambda found: found[1])
     kept = [found for found, _ in kept]
     best = kept[0] if kept else _nearest_of(tried, refused, dropped, cost)
-    dropped.pop(describe_plan(best.plan), None)
+    dropped.pop(best.plan.name, None)
     others = kept[1] if len(kept) > 1 else None
-    return replace(best, dropped=tuple(dropped.values()), next_best=others)
+    refused, missed = [], []
+    for plan, why in dropped.values():
+        (refused if isinstance(why, EinschaltError) else missed).append((plan, why))
+    why_not = {"missed": tuple(missed), "refused": tuple(refused)}
+    return replace(best, **why_not, next_best=others)
+
+
+def said_of_refused(refused):
+    """Say which plans cannot be flown: each reason once, with the cheapest of them."""
+    by_reason = {}
+    for plan, error in refused:
+        by_reason.setdefault(error.expected or str(error), []).append((plan, error))
+    for among in by_reason.values():
+        plan, error = among[0]
+        message = mark("Not recommended: {plan}: {reason}")
+        if len(among) > 1:
+            message = mark("Not recommended: {n} plans such as {plan}: {reason}")
+        yield translated(
+            message, n=len(among), plan=describe_plan(plan), reason=told(error)
+        )
 
 
 def _nearest_of(tried, refused, dropped, cost):
@@ -187,8 +229,7 @@ def _nearest_of(tried, refused, dropped, cost):
             cost(found.plan)
         except EinschaltError as error:
             refused.append(error)
-            name = describe_plan(found.plan)
-            dropped[name] = f"{name}: {error}"
+            dropped[found.plan.name] = found.plan, error
         else:
             return found
     raise refused[-1]
@@ -348,8 +389,10 @@ def _in_cm(metres):
 
 
 def _at_place(propagated, where):
+    """Give the error at the place of a target, and which place of models that is."""
     if propagated.design.n_coverages > 1:
-        return propagated.mean
+        return propagated.mean, None
     figures = propagated.expected.figures
     single = {"centre": figures.single_centre, "edge": figures.single_edge}
-    return single.get(where, max(single.values()))
+    place = where if where in single else max(single, key=single.get)
+    return single[place], place

@@ -5,7 +5,8 @@ import numpy as np
 from einschalt.foundations import typesetting
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length, number, scale, wrapped
-from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
+from einschalt.pipeline.planning.advice.points_in_models import MOST_ON_THE_GROUND
+from einschalt.pipeline.planning.text import KIND_TEXT
 from einschalt.theory.planning.kovarik_precision import mean_of_coverages
 
 PARTS = mark_each(
@@ -33,12 +34,15 @@ MEANS = mark_each(
 def describe_verdict(expected) -> str:
     """Say how good the new points will be, in a sentence."""
     figures = expected.figures
+    coverages = _coverages(expected.design.n_coverages)
+    if expected.design.n_coverages == 1:  # beside the values of single models
+        coverages = translated("one coverage, mean of the models of each point")
     return translated(
         "Expected precision of {n:new point|new points}: {mean} (total, {coverages}); "
         "95 % are better than {worst}",
         n=int((expected.points["role"] == "new").sum()),
         mean=length(figures.mean),
-        coverages=_coverages(expected.design.n_coverages),
+        coverages=coverages,
         worst=length(figures.worst),
     )
 
@@ -113,7 +117,7 @@ def _layout_text(expected):
         low=scale(design.scale_number),
         m_g=number(design.m_g_um),
         n_low=expected.n_low_models,
-        kind=design.kind,
+        kind=translated(KIND_TEXT[design.kind]),
     )
 
 
@@ -121,7 +125,7 @@ def _warnings(expected):
     design = expected.design
     thinned = (design.layout_spacing / design.spacing) ** 2
     share = expected.n_control / (thinned * len(expected.points))
-    if share <= MOST_ON_THE_GROUND:
+    if share < MOST_ON_THE_GROUND:
         return []
     said = translated(
         "{n} of {n_all} points are control: little is left to be densified. Fly the "

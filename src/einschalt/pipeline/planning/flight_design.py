@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning.advice.points_in_models import require_points
 from einschalt.pipeline.planning.arguments import (
     checked_number,
     flown_model,
-    require_points,
 )
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
@@ -25,8 +25,6 @@ RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
 HIGH_FOOTPRINTS = 3.0
 LEAST_ROWS, MOST_ROWS = 16, 70
 LEAST_POINTS_PER_MODEL = 4
-MOST_ON_THE_GROUND = 0.5
-"""Where more than this part of the points is control, a plan densifies little."""
 MOST_WORK = 1e7
 """Values times pairs of models at a point: a second of propagation at most."""
 
@@ -129,7 +127,7 @@ class FlightDesign:
             principal_distance=float(self.principal_distance),
             forward_overlap=float(self.forward_overlap),
             side_overlap=float(self.side_overlap),
-            unusable_rim=min(along, across) * RIM_OVER_SIDE,
+            unusable_rim=_rim(self.model),
             n_coverages=self.n_coverages,
             coverage_shift=self.coverage_shift,
             control_per_model=self.control_per_model,
@@ -156,6 +154,17 @@ class FlightDesign:
         """
         m_g = self.m_g_um * METRES_PER_UM
         return planned_precision(self.scale_number, self.spacing, m_0, m_g, self.model)
+
+
+def usable_model(model) -> tuple[float, float]:
+    """Measurable extent of a model along and across its strip [m in the image]."""
+    along, across = model.image_format
+    rims = 2.0 * _rim(model)
+    return model.forward_overlap * along - rims, across - rims
+
+
+def _rim(model):
+    return min(model.image_format) * RIM_OVER_SIDE
 
 
 def _checked_of_high_flight(name, value):

@@ -13,11 +13,11 @@ import numpy as np
 from einschalt.foundations.language import in_english
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning.advice.points_in_models import require_points
 from einschalt.pipeline.planning.arguments import (
     checked_axis,
     checked_number,
     planned_model,
-    require_points,
     require_reasonable_size,
 )
 from einschalt.theory.planning.kovarik_precision import (

@@ -1,15 +1,24 @@
 """From the wanted precision to the cheapest flight."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.language import in_english
-from einschalt.foundations.typesetting import per_cent
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
+from einschalt.pipeline.planning.advice.further_effort import (
+    MOST_PLANS,
+    FurtherEfforts,
+    further_efforts,
+)
+from einschalt.pipeline.planning.advice.points_in_models import (
+    MOST_ON_THE_GROUND,
+    too_much_control,
+    with_enough_points,
+)
 from einschalt.pipeline.planning.arguments import (
     PlanCosts,
     checked_axis,
@@ -18,11 +27,7 @@ from einschalt.pipeline.planning.arguments import (
     flown_model,
     require_reasonable_size,
 )
-from einschalt.pipeline.planning.cameras import (
-    flown_columns,
-    within_height,
-)
-from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
+from einschalt.pipeline.planning.cameras import flown_columns
 from einschalt.pipeline.planning.precision_table import frame_of
 from einschalt.pipeline.planning.text import (
     FORMULAS,
@@ -44,7 +49,6 @@ from einschalt.theory.planning.kovarik_precision import (
     mean_of_coverages,
     planned_precision,
 )
-from einschalt.theory.planning.leverage import LEAST_POINTS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,6 +101,8 @@ class PlanSearch(Result):
     # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
     # better), limited_by
     plans: "pd.DataFrame"
+    # what helps that was not among the choices, if no plan reaches the target
+    beyond: FurtherEfforts | None = None
 
     @property
     def feasible(self) -> "pd.DataFrame":
@@ -194,17 +200,42 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     frame = PlanFrame() if frame is None else frame
     # edges are looked at as the geometry has them; the paper's M takes its own rule
     model = flown_model(frame)
-    columns = _precisions(_combine(choices), frame, model)
-    columns = _without_control_alone(columns | _work(columns, frame, model))
-    for formula in FORMULAS:
-        columns[f"reached_{formula}"] = _reached(columns, where, formula)
+    columns = _estimated(_combine(choices), frame, model, where)
     columns["reached"] = columns[f"reached_{by}"]
     columns["is_feasible"] = columns["reached"] <= target
     columns["is_efficient"] = _is_efficient(columns["cost"], columns["reached"])
+    beyond = None
+    if not columns["is_feasible"].any():
+
+        def estimate(plans, control_error):
+            changed = replace(frame, control_standard_error=control_error)
+            return _estimated(plans, changed, model, where)[f"reached_{by}"]
+
+        given = (choices, frame.control_standard_error, target, estimate)
+        beyond = further_efforts(_most_precise(columns), *given)
     table = frame_of(columns)
     order = np.lexsort((table["reached"], table["cost"], ~table["is_feasible"]))
     plans = table.iloc[order].reset_index(drop=True)
-    return PlanSearch(target, where, by, model, plans)
+    return PlanSearch(target, where, by, model, plans, beyond)
+
+
+def _estimated(given, frame, model, where):
+    """Columns of the combinations that are possible, with what they reach."""
+    columns = _precisions(given, frame, model)
+    columns = columns | _work(columns, frame, model)
+    columns = _without_control_alone(columns, frame.max_height)
+    for formula in FORMULAS:
+        columns[f"reached_{formula}"] = _reached(columns, where, formula)
+    return columns
+
+
+def _most_precise(columns):
+    """Give the combinations that come nearest to a target, as choices name them."""
+    first = np.argsort(columns["reached"], kind="stable")[:MOST_PLANS]
+    names = (field.name for field in fields(PlanChoices))
+    given = {name: columns[name][first] for name in names if name in columns}
+    high, low = (columns[f"{flight}scale_number"][first] for flight in ("high_", ""))
+    return given | {"high_over_low": high / low}
 
 
 ALLOWED_CHOICES = {
@@ -235,16 +266,12 @@ def _combine(choices):
 
 
 def _precisions(given, frame, model):
-    """Precisions of all combinations whose models hold enough points."""
+    """Precisions of the combinations with points enough that fly low enough."""
     distance = checked_number("principal_distance", frame.principal_distance)
-    n_points = model.n_points(given["scale_number"], given["spacing"])
-    # control is chosen among the points
-    in_high_model = given["high_over_low"] ** 2 * n_points
-    is_possible = _with_enough_points(n_points, in_high_model, given, model)
+    is_possible = with_enough_points(given, model, distance, frame.max_height)
     columns = {name: values[is_possible] for name, values in given.items()}
     high_over_low = columns.pop("high_over_low")
     columns["high_scale_number"] = high_over_low * columns["scale_number"]
-    columns = within_height(columns, distance, frame.max_height)
     n_points = model.n_points(columns["scale_number"], columns["spacing"])
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
@@ -266,27 +293,6 @@ def _precisions(given, frame, model):
     }
     columns["limited_by"] = _limits(parts)
     return columns
-
-
-def _with_enough_points(n_points, in_high_model, given, model):
-    """Combinations whose models hold enough points; refused where there is none."""
-    least = LEAST_POINTS[model.kind]
-    remedy = "Give a smaller spacing, or larger scale numbers"
-    is_determined = n_points > least
-    if not is_determined.any():
-        raise GeometryError(
-            f"at most {n_points.max():.2g} points lie in a model",
-            expected=f"more than {least} for {model.kind}",
-            remedy=remedy,
-        )
-    is_possible = is_determined & (in_high_model >= given["control_per_model"])
-    if not is_possible.any():
-        raise GeometryError(
-            f"at most {in_high_model.max():.2g} points lie in a high-flight model",
-            expected=f"{given['control_per_model'].min():.0f} that can be control",
-            remedy=remedy,
-        )
-    return is_possible
 
 
 def _expected(columns, m_g, frame, model) -> ExpectedParts:
@@ -379,16 +385,12 @@ def _for_each_km2(frame, apart, beyond, scale):
     return M2_PER_KM2 * within / (apart[0] * apart[1] * scale**2)
 
 
-def _without_control_alone(columns):
+def _without_control_alone(columns, max_height):
     """Leave out plans that survey so many points that few are left to be densified."""
     per_point = columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
-    is_plan = per_point <= MOST_ON_THE_GROUND
+    is_plan = per_point < MOST_ON_THE_GROUND
     if not is_plan.any():
-        raise GeometryError(
-            f"control would be at least {per_cent(per_point.min())} of the points",
-            expected=f"at most {per_cent(MOST_ON_THE_GROUND)}",
-            remedy="Give a smaller spacing, a smaller image scale or fewer coverages",
-        )
+        raise too_much_control(per_point, columns["spacing"], max_height)
     return {name: values[is_plan] for name, values in columns.items()}
 
 

@@ -20,11 +20,13 @@ from einschalt.theory.planning.kovarik_precision import settings_that_balance
 
 MOST_SCALES, MOST_SPACINGS, MOST_BLOCKS = 8, 10, 8
 SHOWN_PLANS = 10
+MOST_DECIMALS = 6  # of centimetres
+MOST_EFFORTS = 4
 SHOWN_POINTS = (5, 10, 15, 20, 30, 50, 100)
 BREAK_EVEN = mark(
-    "Break-even at the edge: so many settings of a point pay, beyond them m_t decides. "
-    "Below 1 even one is wasted there, and denser points pay: down to the spacing "
-    "times the root"
+    "Break-even at the edge: so many pointings at a point pay, beyond them m_t "
+    "decides. Below 1 even one is wasted there, and denser points pay: down to the "
+    "spacing times the root"
 )
 TOO_GOOD = mark(
     "M is Kovarik's formula. It takes both coverages, and the approximate coordinates "
@@ -40,25 +42,17 @@ PLACES = mark_each(
 )
 FORMULAS = mark_each(
     {
-        "expected": "as is to be expected",
+        "expected": "expected error",
         "paper": "by the formula of 1971, which is too good",
     }
 )
+KIND_TEXT = mark_each({"affine": "affine", "helmert": "Helmert", "rigid": "rigid"})
 LIMITS = mark_each(
     {
         "measuring": "measuring in the low flight",
         "noise": "noise of the approximate coordinates",
         "transformation": "the transformations of the high flight",
         "control": "the errors of control",
-    }
-)
-REMEDIES = mark_each(
-    {
-        "measuring": "Set points more often, fly lower, or with more coverages",
-        "noise": "Fly the high flight lower, or with more coverages",
-        "transformation": "Fly the high flight lower, measure it better, or give its "
-        "models nine control points",
-        "control": "Survey the control better, or give nine points to each model",
     }
 )
 SEVERAL_COVERAGES = mark(
@@ -105,7 +99,7 @@ def _head(table):
     title = translated(
         "Precision before the flight: {kind}, edge = {edge}, "
         "{n:combination|combinations}",
-        kind=model.kind,
+        kind=translated(KIND_TEXT[model.kind]),
         edge=model.edge,
         n=int(np.prod(table.shape)),
     )
@@ -319,15 +313,42 @@ def describe_verdict(search) -> str:
     nearest = translated(
         "No plan of {n_all} reaches {target} ({place}, {formula}). The nearest comes "
         "to {reached}: {plan}.",
-        reached=length(best["reached"]),
+        reached=_nearest(best["reached"], search.target),
         **facts,
     )
-    limited = translated(
-        "It is limited by {limit}. {remedy}.",
-        limit=translated(LIMITS[best["limited_by"]]),
-        remedy=translated(REMEDIES[best["limited_by"]]),
-    )
-    return f"{nearest} {limited} {describe_heights(best)}."
+    limit = translated(LIMITS[best["limited_by"]])
+    limited = translated("It is limited by {limit}.", limit=limit)
+    parts = [nearest, limited, _said_of_efforts(search), f"{describe_heights(best)}."]
+    return " ".join(part for part in parts if part)
+
+
+def _said_of_efforts(search):
+    """Say what helps that was not among the choices; nothing if it was not sought."""
+    if search.beyond is None:
+        return ""
+    efforts, together = search.beyond.efforts, search.beyond.together
+    if not efforts:
+        return translated("Nothing that was not tried would help by 3 % or more.")
+    reaching = [effort for effort in efforts if effort.reached <= search.target]
+    if reaching:
+        return translated(
+            "Not tried, and would reach it by the closed estimate: {efforts}.",
+            efforts=", ".join(map(str, reaching)),
+        )
+    message = mark("Not tried, and would help by the closed estimate: {efforts}.")
+    if together < efforts[0].reached:  # possible at once, and worth it
+        message = mark(
+            "Not tried, and would help by the closed estimate: {efforts}; all of them "
+            "together: {together}."
+        )
+    said = ", ".join(map(str, efforts[:MOST_EFFORTS]))
+    return translated(message, efforts=said, together=length(together))
+
+
+def _nearest(reached, target):
+    """Write an error that misses a target; both are seen to differ."""
+    said = length(reached)
+    return missed_in_cm(reached, target) if said == length(target) else said
 
 
 def describe_search(search) -> str:
@@ -368,6 +389,21 @@ def describe_plan(plan) -> str:
     )
 
 
+def missed_in_cm(reached, target) -> str:
+    """Write an error that misses a target, with as many digits as show the miss [m].
+
+    >>> missed_in_cm(0.050041, 0.05), missed_in_cm(0.0518, 0.05)
+    ('5.004 cm', '5.18 cm')
+    """
+    missed, wanted = 100.0 * reached, 100.0 * target
+    shown = (d for d in range(2, MOST_DECIMALS) if _differ(missed, wanted, d))
+    return f"{figure(missed, f'.{next(shown, MOST_DECIMALS)}f')} cm"
+
+
+def _differ(missed, wanted, decimals):
+    return f"{missed:.{decimals}f}" != f"{wanted:.{decimals}f}"
+
+
 def _plans(plans, by):
     other = "paper" if by == "expected" else "expected"
     rows = [
@@ -393,7 +429,7 @@ def _plans(plans, by):
         translated("up to"),
         translated("spacing"),
         translated("cov."),
-        translated("settings"),
+        translated("pointings"),
         translated("control"),
         translated("error"),
         translated("formula") if by == "expected" else translated("expected"),

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from einschalt.foundations.language import mark, translated
+from einschalt.foundations.language import mark, translated, written_in
 from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.cli import plan_answers
 from einschalt.interfaces.cli.exits import print_out
-from einschalt.interfaces.cli.outcome import is_recorded, report
+from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.plan_values import asked_of
 
 QUESTION = {
@@ -25,6 +25,12 @@ def plan(context, **options):
     asked = asked_of(options, typed)
     figure, output = options["figure"], options["output"]
     place = None if output is None and figure is None else _place(options)
+    unused = ""
+    if asked.unused:  # told before the work, which may be waited for
+        with written_in("en"):  # as all problems that programs are told
+            report_problems(_said_of_unused(asked))
+        unused = wrapped(_said_of_unused(asked), indent="  ") + "\n"
+        print_out(unused)
     answer = _answer(asked)
     if options["terrain"] is not None:
         # imported when a terrain is given: the tables alone come faster
@@ -34,6 +40,7 @@ def plan(context, **options):
     if is_recorded():  # tables are made when they are asked for
         report(question=asked.question, **_headline(answer))
     print_out(answer.text)
+    answer = replace(answer, text="\n".join(filter(None, (unused, answer.text))))
     if output is not None:
         _write(answer, output, place)
         report(output)
@@ -45,20 +52,19 @@ def plan(context, **options):
 
 
 def _answer(asked):
-    """Answer what was asked, and say which options did not count."""
+    """Answer what was asked."""
     if asked.question == "tables":
-        given = plan_answers.tables(asked)
-    else:
-        given = _way_to(asked.question)(asked)
-    if not asked.unused:
-        return given
-    options = ", ".join(f"--{name.replace('_', '-')}" for name in asked.unused)
-    said = translated(
+        return plan_answers.tables(asked)
+    return _way_to(asked.question)(asked)
+
+
+def _said_of_unused(asked):
+    """Say which options do not count for the question."""
+    return translated(
         "Not used for {question}: {options}.",
         question=translated(QUESTION[asked.question]),
-        options=options,
+        options=", ".join(f"--{name.replace('_', '-')}" for name in asked.unused),
     )
-    return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
 
 
 def _way_to(question):

@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError
-from einschalt.foundations.typesetting import number
+from einschalt.foundations.typesetting import number, scale
+from einschalt.pipeline.planning.advice.points_in_models import downwards
+from einschalt.pipeline.planning.flight_design import usable_model
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     CONTROL_PLACES,
@@ -105,21 +107,31 @@ def _geometry(area, design):
 
 def require_size(area, design):
     """Refuse an area that is smaller than a model, or takes too many of them."""
-    require_one_model(area, design)
-    neat = np.prod(design.geometry().neat_model) * design.scale_number**2
-    n_models = design.n_coverages * area.shape.area / neat
+    require_one_model(area, design.model, design.scale_number)
+    require_rows(area, design.spacing)
+    n_models = models_over(area, design.model, design.scale_number, design.n_coverages)
     if n_models > MOST_MODELS:
+        largest = area.square_km * MOST_MODELS / n_models
         raise GeometryError(
-            f"the area would take {n_models:.0f} models of the low flight",
-            expected=f"at most {MOST_MODELS}",
-            remedy="Plan in parts, or give smaller image scales: larger scale "
-            "numbers, for which --max-height must leave room",
+            f"the area of {number(area.square_km, 3)} km² would take {n_models:.0f} "
+            f"models of the low flight at {scale(design.scale_number)}",
+            expected=f"at most {MOST_MODELS}, which cover {downwards(largest)} km²",
+            remedy=f"Split the area into {np.ceil(n_models / MOST_MODELS):.0f} parts "
+            "or more, and plan each of them; or give larger scale numbers, for which "
+            "--max-height must leave room",
         )
 
 
-def require_one_model(area, design):
-    """Refuse an area that is smaller than a model, or has too few points."""
-    low = design.scale_number * np.array(design.geometry().usable_model)
+def models_over(area, model, scale_number, n_coverages):
+    """Estimate how many models of the low flight an area takes."""
+    along, across = model.image_format
+    neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
+    return n_coverages * area.shape.area / (neat * scale_number**2)
+
+
+def require_one_model(area, model, scale_number):
+    """Refuse an area that is smaller than a model of the low flight."""
+    low = scale_number * np.array(usable_model(model))
     least = float(low.min())
     if min(area.extent) < least / 2.0 or area.shape.area < low.prod() / 2.0:
         raise GeometryError(
@@ -130,10 +142,14 @@ def require_one_model(area, design):
             remedy="Give larger image scales (smaller scale numbers); control alone "
             "does for less",
         )
-    wanted = area.shape.area / design.spacing**2
-    if min(area.extent) < 3.0 * design.spacing or wanted < FEWEST_POINTS:
+
+
+def require_rows(area, spacing):
+    """Refuse an area that has too few points, ``spacing`` [m] apart."""
+    wanted = area.shape.area / spacing**2
+    if min(area.extent) < 3.0 * spacing or wanted < FEWEST_POINTS:
         raise GeometryError(
-            f"points {design.spacing:g} m apart are too few for an area of "
+            f"points {spacing:g} m apart are too few for an area of "
             f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",
             expected=f"at least 3 rows of them, and {FEWEST_POINTS}",
             remedy="Give a smaller --spacing",

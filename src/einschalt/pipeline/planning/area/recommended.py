@@ -9,6 +9,10 @@ from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, in_english, mark_each, translated
 from einschalt.foundations.typesetting import fixed, number, per_cent, table, wrapped
+from einschalt.pipeline.planning.advice.points_in_models import (
+    MOST_ON_THE_GROUND,
+    downwards,
+)
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
@@ -18,12 +22,16 @@ from einschalt.pipeline.planning.area.flight_plan import (
 )
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
+    MOST_MODELS,
     SHORTEST_SIDE,
     AreaLayout,
     lay_out,
+    models_over,
     require_one_model,
+    require_rows,
     require_size,
 )
+from einschalt.pipeline.planning.arguments import flown_model
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
@@ -121,10 +129,9 @@ def search_over(target, area, choices, frame, *, where="everywhere", by="expecte
 
 
 def _require_least_model(area, choices, frame):
-    """Refuse an area that is smaller than the least model that may be chosen."""
-    least = {name: min(values) for name, values in vars(choices).items()}
-    least["high_scale_number"] = least["high_over_low"] * least["scale_number"]
-    require_one_model(area, design_of(least, frame))
+    """Refuse an area that is too small for the least model and spacing to choose."""
+    require_one_model(area, flown_model(frame), min(choices.scale_number))
+    require_rows(area, min(choices.spacing))
 
 
 def plan_area(area, search, frame, *, heights=None, follows=None, progress=None):
@@ -138,12 +145,15 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
-    laid, wholes, search = {}, {}, _that_fit(area, search, frame)
+    laid, wholes = {}, {}
+    search, left_out = _that_fit(area, search, frame)
     follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
         found = _laid_out(area, plan, frame)
         _require_held(found.layout)
+        if not found.is_part:  # a part has more, for its border
+            _require_densified(found.layout, plan["spacing"])
         laid[plan.name] = found
         if heights is not None:  # ground may be too high anywhere in the area
             whole(plan)
@@ -172,9 +182,8 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = laid[best.plan.name]
-    notes = [*said, *_note_of_part(part)]
-    checked_on = part.layout.area
-    parts = (area, search, best, layout, checked_on, flown, next_flown)
+    notes = [*said, *_note_of_part(part), *left_out]
+    parts = (area, search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes))
 
 
@@ -191,8 +200,18 @@ def _note_of_part(part):
 
 
 def _that_fit(area, search, frame):
-    """Leave out the plans whose models or spacings are too large for an area."""
-    plans, problem = search.plans, None
+    """Leave out plans whose models are too many, or too large as their spacings.
+
+    Gives the search, and a note on those that were left out because of their number.
+    """
+    plans = search.plans
+    n_models = models_over(
+        area, search.model, plans["scale_number"], plans["n_coverages"]
+    )
+    if n_models.min() > MOST_MODELS:
+        require_size(area, design_of(plans.loc[n_models.idxmin()], frame))
+    is_few = n_models <= MOST_MODELS
+    plans, problem = plans[is_few], None
     fits = {}
     for _, plan in plans.drop_duplicates(["scale_number", "spacing"]).iterrows():
         key = plan["scale_number"], plan["spacing"]
@@ -205,7 +224,37 @@ def _that_fit(area, search, frame):
     is_fit = np.array([fits[key] for key in keys])
     if not is_fit.any():
         raise problem
-    return replace(search, plans=plans[is_fit].reset_index(drop=True))
+    fitting = replace(search, plans=plans[is_fit].reset_index(drop=True))
+    return fitting, _note_of_size(area, n_models)
+
+
+def _note_of_size(area, n_models):
+    """Say how many plans take more models than can be laid out; the others stand."""
+    is_many = n_models > MOST_MODELS
+    if not is_many.any():
+        return []
+    largest = area.square_km * MOST_MODELS / n_models.max()
+    said = (
+        f"{is_many.sum()} of {len(n_models)} plans were not tried: their low flights "
+        f"would take more than {MOST_MODELS} models over this area. Split it into "
+        f"parts of at most {downwards(largest)} km² to have all of them tried."
+    )
+    return [said]
+
+
+def _require_densified(layout, spacing):
+    """Refuse a layout of which so many points are control that it densifies little."""
+    # the points as they are planned: those of the layout may be thinned
+    n_points = layout.area.shape.area / spacing**2
+    share = len(layout.control) / n_points
+    if share >= MOST_ON_THE_GROUND:
+        raise GeometryError(
+            f"{len(layout.control)} control points are {per_cent(share)} of all points",
+            expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
+            "better surveyed on the ground as well",
+            remedy="Give a smaller --spacing, or larger scale numbers of the high "
+            "flight",
+        )
 
 
 def _priced(checked, effort, area):
@@ -224,6 +273,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     layout = found.layout
     if found.is_part:
         layout = lay_out(area, _over(area, design_of(plan, frame), np.inf))
+        _require_densified(layout, plan["spacing"])
     flown = flight_plan(layout, plan, frame, heights, follows=follows)
     said = [
         require_overlap(flown, plan, layout, heights),
