@@ -27,6 +27,7 @@ from einschalt.interfaces.batch.changes_file import (
 from einschalt.interfaces.files.block_toml import read_block_toml
 from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.plan_file import read_plan_file
 from einschalt.interfaces.files.result_folder import PROVENANCE
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.interfaces.programs.block_tables import find_problems, read_block
@@ -44,6 +45,7 @@ from fuzz.sound_files import (
     CAMERAS,
     IMAGES,
     PARALLAXES,
+    PLANS,
     TABLES,
     as_map_or_workbook,
     as_parquet,
@@ -53,7 +55,7 @@ from fuzz.sound_files import (
 BLOCKS = (BLOCK, IMAGES, PARALLAXES)
 RESULT = "result"
 # files that are read alone, so that every message is about them
-NAMED = {"camera.toml", "t.csv", "t.tsv", "t.parquet"}
+NAMED = {"camera.toml", "plan.json", "t.csv", "t.tsv", "t.parquet"}
 NAMED |= {"t.xlsx", "t.ods", "t.gpkg", "t.geojson"}
 NAMED |= set(foreign_files.READ) | set(foreign_files.MORE)
 PARQUET = {
@@ -140,6 +142,7 @@ def _of_files():
     """Readers of one file."""
     yield "block.toml", "block.toml", BLOCKS, _toml, 50
     yield "camera.toml", "camera.toml", CAMERAS, _camera, 30
+    yield "plan.json", "plan.json", PLANS, read_plan_file, 4
     for name, schema in SCHEMAS.items():
         yield name, f"t{Path(name).suffix}", (TABLES[name],), _table(schema), 4
     for name, options in PARQUET.items():

@@ -16,6 +16,7 @@ from einschalt.pipeline.planning.area.flight_plan import (
     require_overlap,
     said_of_limit,
 )
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     SHORTEST_SIDE,
@@ -75,6 +76,9 @@ class AreaPlan(Result):
     flown: FlightPlan
     next_flown: FlightPlan | None  # of the next best
     notes: tuple[str, ...]
+    frame: PlanFrame
+    heights: GroundHeights | None
+    follows: bool  # whether photographs follow the ground
 
     @property
     def is_recommended(self) -> bool:
@@ -143,7 +147,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
-        found = _laid_out(area, plan, frame)
+        found = laid_out(area, plan, frame)
         _require_held(found.layout)
         laid[plan.name] = found
         if heights is not None:  # ground may be too high anywhere in the area
@@ -176,7 +180,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     notes = [*said, *_note_of_part(part)]
     checked_on = part.layout.area
     parts = (area, search, best, layout, checked_on, flown, next_flown)
-    return AreaPlan(*parts, tuple(notes))
+    return AreaPlan(*parts, tuple(notes), frame, heights, follows)
 
 
 def _note_of_part(part):
@@ -224,7 +228,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     found = laid[plan.name]
     layout = found.layout
     if found.is_part:
-        layout = lay_out(area, _over(area, design_of(plan, frame), np.inf))
+        layout = lay_out(area, design_over(area, design_of(plan, frame), np.inf))
     flown = flight_plan(layout, plan, frame, heights, follows=follows)
     said = [
         require_overlap(flown, plan, layout, heights),
@@ -233,7 +237,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     return layout, flown, [text for text in said if text]
 
 
-def _over(area, design, most_work) -> FlightDesign:
+def design_over(area, design, most_work) -> FlightDesign:
     """Give a design the extent of an area, and no more points than can be held."""
     length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
     thinnest = float(np.sqrt(length * width / MOST_POINTS))
@@ -246,16 +250,19 @@ def _over(area, design, most_work) -> FlightDesign:
     )
 
 
-def _laid_out(area, plan, frame):
+def laid_out(area, plan, frame):
+    """Lay a row of a search out as it is propagated: over an area, or a part of it."""
     usual = design_of(plan, frame)
     require_size(area, usual)
-    design = _over(area, usual, WORK_OF_LAYOUT)
+    design = design_over(area, usual, WORK_OF_LAYOUT)
     model = np.prod(design.geometry().usable_model) * design.scale_number**2
     if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
         return _LaidOut(lay_out(area, design), is_part=False)
     # a part as large as the layouts of a search
     part = _part_of(area, usual.extent)
-    return _LaidOut(lay_out(part, _over(part, usual, WORK_OF_LAYOUT)), is_part=True)
+    return _LaidOut(
+        lay_out(part, design_over(part, usual, WORK_OF_LAYOUT)), is_part=True
+    )
 
 
 def _part_of(area, extent):
