@@ -199,6 +199,7 @@ SOUND = (
     "plan --scale-number 6000,8000 --terrain terrain.csv",
     f"simulate --preset demo {OUT}",
     f"simulate --preset demo --repeat 2 --workers 1 {OUT}",
+    f"simulate --camera dmc_3 --spacing 300 --title Eins {OUT}",
     f"transform old.csv ground.csv {OUT}",
     f"transform models.csv ground.csv {OUT}",
     (
@@ -315,6 +316,10 @@ WRONG = (
     f"simulate --preset demo --width -3 {OUT}",
     f"simulate --preset demo --n-check 10000 {OUT}",
     f"simulate --preset demo --forward-overlap 0,99 {OUT}",
+    f"simulate --preset demo --camera dmc_3 {OUT}",
+    f"simulate --row 2 {OUT}",
+    f"simulate --plan no_where {OUT}",
+    f"simulate --plan ground.csv {OUT}",
     "simulate --preset demo --output block",
     "simulate --preset demo --output for_eign",
     "simulate",
