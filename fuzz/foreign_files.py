@@ -206,3 +206,71 @@ SENSORS = """\
 # read, and not in the table above
 MORE = {"Orientation-a.tif.xml": ORIENTATION, "a.snx": SINEX, "a.dxf": DXF}
 MORE["cameras.xml"] = SENSORS
+
+# as Metashape 1.2 and later write it
+MARKERS = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.2.0"><chunk>
+<cameras><camera id="0" label="A.JPG"/><camera id="7" label="B.JPG"/></cameras>
+<markers>
+<marker id="20" label="P1">
+<reference x="13.5" y="48.25" z="411.5" enabled="true"/></marker>
+<marker id="21" label="P2">
+<reference x="13.6" y="48.26" z="412" enabled="false"/></marker>
+<marker id="22" label="tie"/>
+</markers>
+<reference>EPSG:4326</reference>
+<frames><frame id="0"><markers>
+<marker marker_id="20"><location camera_id="0" pinned="true" x="1.5" y="2.25"/>
+<location camera_id="7" pinned="false" x="9" y="9"/></marker>
+<marker marker_id="21"><location camera_id="7" x="3" y="4"/></marker>
+<marker marker_id="22"><location camera_id="7" x="5" y="6"/></marker>
+</markers></frame></frames>
+</chunk></document>
+"""
+GCP_LIST = """\
+WGS84 UTM 33N
+# easting northing height column row image name
+500000.25 5300000.5 411.25 1999.5 1499.5 a.jpg P1
+500100.25 5300050.5 412.25 20.5 30.5 b.jpg CHK-P2
+"""
+GCP_JSON = """\
+{"points": [{"id": "P1",
+"position": {"latitude": 48.25, "longitude": 13.5, "altitude": 411.25},
+"observations": [{"shot_id": "a.jpg", "projection": [0.25, -0.125]}]}]}
+"""
+RECONSTRUCTION = """\
+[{"cameras": {"v2 x": {"projection_type": "brown", "width": 4000, "height": 3000}},
+"shots": {"a.jpg": {"camera": "v2 x"}, "b.jpg": {"camera": "v2 x"}}}]
+"""
+TRACKS_1 = """\
+OPENSFM_TRACKS_VERSION_v1
+a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3
+b.jpg\t7\t4\t-0.5\t0.375\t0.002\t1\t2\t3
+"""
+TRACKS_2 = """\
+OPENSFM_TRACKS_VERSION_v2
+a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3\t-1\t-1
+b.jpg\t7\t4\t-0.5\t0.375\t0.002\t1\t2\t3\t-1\t-1
+"""
+HOMOLOGOUS = "1.5 2.5 3.5 4.5 1\n5 6 7 8 1\n"
+COLMAP = {
+    "colmap/cameras.txt": CAMERAS,
+    "colmap/images.txt": IMAGES,
+    "colmap/points3D.txt": POINTS_3D,
+}
+# files that are read with others beside them: their seeds
+TOGETHER = {
+    "tracks.csv": (TRACKS_1, TRACKS_2),
+    "reconstruction.json": (RECONSTRUCTION,),
+    "gcp.json": (GCP_JSON,),
+    "Pastisa.tif/b.tif.txt": (HOMOLOGOUS,),
+    **{name: (text,) for name, text in COLMAP.items()},
+}
+SIZES = {"reconstruction.json": RECONSTRUCTION}
+BESIDE = {
+    "tracks.csv": SIZES,
+    "gcp.json": SIZES,
+    "reconstruction.json": {"tracks.csv": TRACKS_1, "gcp.json": GCP_JSON},
+    **{name: COLMAP for name in COLMAP},  # noqa: C420 - fromkeys would be RUF024
+}

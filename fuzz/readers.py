@@ -26,12 +26,11 @@ from einschalt.interfaces.batch.changes_file import (
 )
 from einschalt.interfaces.files.block_toml import read_block_toml
 from einschalt.interfaces.files.camera_toml import read_camera
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.input_files import checksum, companions, read_once
 from einschalt.interfaces.files.plan_file import read_plan_file
 from einschalt.interfaces.files.result_folder import PROVENANCE
-from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.programs.block_tables import find_problems, read_block
-from einschalt.interfaces.programs.recognised import read_foreign
 from einschalt.interfaces.reports.problem_list import problem_lines
 from einschalt.pipeline.batch.block_table import blocks_table
 from einschalt.pipeline.densify import densify
@@ -39,6 +38,12 @@ from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIG
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS, ground_schema
 from fuzz import foreign_files
 from fuzz.commands import command
+from fuzz.foreign_readers import (
+    of_foreign_files,
+    of_shapefiles,
+    of_terrain,
+    write_beside,
+)
 from fuzz.judges import judge_error, judge_text, watched
 from fuzz.sound_files import (
     BLOCK,
@@ -47,6 +52,7 @@ from fuzz.sound_files import (
     PARALLAXES,
     PLANS,
     TABLES,
+    as_geoparquet,
     as_map_or_workbook,
     as_parquet,
     write_tables,
@@ -57,6 +63,8 @@ RESULT = "result"
 # files that are read alone, so that every message is about them
 NAMED = {"camera.toml", "plan.json", "t.csv", "t.tsv", "t.parquet"}
 NAMED |= {"t.xlsx", "t.ods", "t.gpkg", "t.geojson"}
+NAMED |= {"a.tif", "area.gpkg", "area.geojson", "heights.tif", "heights.xyz"}
+NAMED |= {"tracks.csv", "markers.xml", "gcp_list.txt", "b.tif.txt"}
 NAMED |= set(foreign_files.READ) | set(foreign_files.MORE)
 PARQUET = {
     "low_flight.csv": {"compression": "none", "dtype": str},
@@ -122,13 +130,15 @@ def readers(folder):
     """
     made = []
     for name, file, seeds, read, weight in (
-        *(*_of_files(), *_of_programs(), *_of_foreign_files()),
+        *(*_of_files(), *_of_programs(), *of_foreign_files()),
+        *(*of_shapefiles(_table(tables.APPROXIMATE_POINTS)), *of_terrain()),
         *(*_of_blocks(), *_commands()),
     ):
         own = folder / f"{len(made):02d}"
         write_tables(own)
         # what stands here where another file of the block is the hostile one
         (own / "block.toml").write_text(BLOCK, encoding="utf-8")
+        write_beside(file, own)
         if file.startswith(RESULT):
             _write_result(own / RESULT)
             data = ((own / file).read_bytes(),)
@@ -156,19 +166,8 @@ def _of_programs():
         seed = as_map_or_workbook(TABLES["approximate_points.csv"], suffix)
         read = _table(tables.APPROXIMATE_POINTS)
         yield f"points{suffix}", f"t{suffix}", (seed,), read, 1
-
-
-def _of_foreign_files():
-    """Readers of files of other programs, known by their names."""
-    for name, (text, _, _) in foreign_files.READ.items():
-        yield f"foreign {name}", name, (text,), _foreign, 1
-    for name, text in foreign_files.MORE.items():
-        yield f"foreign {name}", name, (text,), _foreign, 1
-
-
-def _foreign(path):
-    for note in read_foreign(path).notes:
-        judge_text(note)
+    packed = as_geoparquet(TABLES["approximate_points.csv"])
+    yield "points, GeoParquet", "t.parquet", (packed,), read, 1
 
 
 def _of_blocks():
@@ -211,7 +210,9 @@ def _commands():
 
 def _table(schema):
     def read_and_check(path):
-        checked = tables.check_table(read_table(path, schema), schema, source=path.name)
+        beside = [read_once(one, one.name) for one in companions(path)]
+        table = understand_table(path, schema, beside=beside).frame
+        checked = tables.check_table(table, schema, source=path.name)
         for problem in checked.problems:
             judge_error(problem, path.name)
         for note in checked.notes:
@@ -264,7 +265,7 @@ def _comparison(path):
 
 def _write_result(folder):
     """What an earlier batch has left of the block in the folder above."""
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     points = TABLES["approximate_points.csv"]
     (folder / "points.csv").write_text(points, encoding="utf-8")
     (folder / PREVIOUS).write_bytes(as_parquet(points, dtype={"point_id": str}))

@@ -1,6 +1,7 @@
 """Sound files of every kind that einschalt reads: what mutations begin with."""
 
 import io
+import json
 import tempfile
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pandas as pd
 import pyarrow as pa
 import pyogrio
 import shapely
+from PIL import Image, TiffImagePlugin
 from pyarrow import parquet
 
 NAMES = ("0012", "0013", "14", "7/8", "P,1", "7/10", "21", "22", "23")
@@ -245,6 +247,115 @@ def as_map_or_workbook(text, suffix):
         path = Path(folder) / f"t{suffix}"
         pyogrio.raw.write(path, shapes, values, list(frame), **options, **crs)
         return path.read_bytes()
+
+
+def as_geoparquet(text):
+    """Write the points of a CSV text as GeoParquet.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    bytes
+    """
+    frame = pd.read_csv(io.StringIO(text), dtype={"point_id": str})
+    shapes = shapely.to_wkb(shapely.points(frame[["easting", "northing"]].to_numpy()))
+    table = pa.table({"point_id": frame["point_id"], "geometry": list(shapes)})
+    column = {"encoding": "WKB", "geometry_types": ["Point"]}
+    facts = {"version": "1.1.0", "primary_column": "geometry"}
+    facts = json.dumps({**facts, "columns": {"geometry": column}})
+    file = io.BytesIO()
+    parquet.write_table(table.replace_schema_metadata({"geo": facts}), file)
+    return file.getvalue()
+
+
+def as_shapefile(text):
+    """Write the points of a CSV text as a shapefile.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    dict of bytes
+        By suffix.
+    """
+    frame = pd.read_csv(io.StringIO(text), dtype={"point_id": str})
+    shapes = shapely.to_wkb(shapely.points(frame[["easting", "northing"]].to_numpy()))
+    names = [frame["point_id"].to_numpy(dtype=object)]
+    options = {"geometry_type": "Point", "crs": "EPSG:31255"}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "t.shp"
+        pyogrio.raw.write(path, shapes, names, ["point_id"], **options)
+        return {one.suffix: one.read_bytes() for one in path.parent.iterdir()}
+
+
+def as_area(suffix):
+    """Write a square of a kilometre as a layer.
+
+    Parameters
+    ----------
+    suffix : str
+        .gpkg or .geojson.
+
+    Returns
+    -------
+    bytes
+    """
+    square = shapely.box(13_000.0, 322_000.0, 14_000.0, 323_000.0)
+    if suffix == ".geojson":
+        crs = {"type": "name", "properties": {"name": "EPSG:31255"}}
+        feature = {
+            "type": "Feature",
+            "geometry": json.loads(shapely.to_geojson(square)),
+        }
+        layer = {"type": "FeatureCollection", "features": [feature], "crs": crs}
+        return json.dumps(layer).encode()
+    options = {"driver": "GPKG", "geometry_type": "Polygon", "crs": "EPSG:31255"}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"t{suffix}"
+        pyogrio.raw.write(path, [shapely.to_wkb(square)], [], [], layer="a", **options)
+        return path.read_bytes()
+
+
+def as_geotiff(image, doubles, keys):
+    """Write a GeoTIFF.
+
+    Parameters
+    ----------
+    image : PIL.Image.Image
+    doubles : dict of sequences of float
+        By the numbers of their tags.
+    keys : sequence of int
+        Of the directory of keys.
+
+    Returns
+    -------
+    bytes
+    """
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    for number, values in doubles.items():
+        tags.tagtype[number] = 12
+        tags[number] = tuple(map(float, values))
+    tags.tagtype[34735] = 3
+    tags[34735] = tuple(keys)
+    file = io.BytesIO()
+    image.save(file, "TIFF", tiffinfo=tags)
+    return file.getvalue()
+
+
+IN_SYSTEM = (1, 1, 0, 1, 3072, 0, 1, 31255)
+TIES = (1, 2, 0, 13_000, 322_000, 0, 3, 4, 0, 13_100, 322_100, 0)
+TIED = as_geotiff(Image.new("L", (4, 4)), {33922: TIES}, IN_SYSTEM)
+HEIGHTS_TIFF = as_geotiff(
+    Image.new("F", (4, 3), 411.25),
+    {33550: (100, 100, 0), 33922: (0, 0, 0, 13_000, 322_300, 0)},
+    IN_SYSTEM,
+)
+HEIGHTS_XYZ = "13000 322000 411.25\n13100 322000 412\n13000 322100 413.5\n"
 
 
 def write_tables(folder):

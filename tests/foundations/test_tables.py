@@ -102,6 +102,16 @@ def test_numbers_may_be_text_or_of_any_kind():
         assert checked.frame["x"].dtype == float
 
 
+def test_a_number_that_signals_itself_is_none_and_no_warning():
+    """In a damaged file: a warning would be an error here."""
+    signal = np.array([0x7FF0000000000001], dtype=np.uint64).view(float)
+    x = np.concatenate([signal, [np.nan, 1.5, -np.inf]])
+    names = {"model_id": "1", "point_id": list("ABCD")}
+    frame = pd.DataFrame({**names, "x": x, "y": 0.0})
+    problems = check_table(frame, MODEL_POINTS).problems
+    assert [problem.row for problem in problems] == [0, 1, 3]
+
+
 def test_positive_columns():
     (said,) = said_of(model_points(n_settings=[1.0, 0.0, 2.0]))
     assert "n_settings '0.0' is not above 0; expected numbers, above 0" in said

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from einschalt.interfaces.programs import recognised
+
 ROOT = Path(__file__).parents[2]
 CORPUS = Path(__file__).parent / "corpus"
 N_INPUTS = 1200
@@ -44,6 +46,25 @@ def test_the_input_of_a_number_is_always_the_same(modules, tmp_path):
     inputs = [fuzzer.input_of(number) for number in range(40)]
     assert inputs == [fuzzer.input_of(number) for number in range(40)]
     assert len({data for _, data in inputs}) > 30
+
+
+def test_every_format_has_a_sound_file(all_readers, tmp_path):
+    """A format without a seed is one that no fuzz ever looks at."""
+    seen = set()
+    for reader in all_readers:
+        path = tmp_path / reader.path.name
+        for seed in reader.seeds:
+            path.write_bytes(seed)
+            seen.add(recognised.format_of(path))
+    assert seen >= set(recognised.FORMATS)
+    names = {
+        reader.path.relative_to(reader.folder).as_posix() for reader in all_readers
+    }
+    folders = {"colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt"}
+    markers = {"markers.xml", "gcp_list.txt", "gcp.json", "reconstruction.json"}
+    layers = {"t.shp", "t.dbf", "t.gpkg", "area.gpkg", "area.geojson"}
+    pairs = {"Pastisa.tif/b.tif.txt"}
+    assert names >= folders | markers | layers | pairs | {"heights.tif", "heights.xyz"}
 
 
 def test_every_kind_of_table_and_every_sound_file_is_read(all_readers, modules):

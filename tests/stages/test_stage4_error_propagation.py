@@ -18,7 +18,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     BlockNoise,
     simulate_block,
 )
-from einschalt.stages.error_propagation.operators import NUMBERS_OF_RANGE, n_ranges
+from einschalt.stages.error_propagation.covariances import NUMBERS_OF_RANGE, n_ranges
 from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 

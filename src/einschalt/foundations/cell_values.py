@@ -27,7 +27,9 @@ def numbers(raw, column):
     a raw value what was found, what is expected and how to mend it.
     """
     values = _to_float(raw)
-    is_bad = ~(np.abs(values) <= LARGEST_NUMBER)
+    is_bad = np.zeros(len(values), dtype=bool)
+    if not _are_small(values):
+        is_bad = ~(np.abs(values) <= LARGEST_NUMBER)
     if column.may_be_missing and is_bad.any():
         is_bad &= ~(raw.isna() | (raw.astype(str).str.strip() == "")).to_numpy()
     if column.is_positive:
@@ -37,6 +39,13 @@ def numbers(raw, column):
         return describe_fault(value, column.unit, is_positive=column.is_positive)
 
     return values, is_bad, say
+
+
+def _are_small(values):
+    """Whether all are numbers of a usual size, told without an array of all of them."""
+    with np.errstate(invalid="ignore"):  # a NaN of a damaged file may signal itself
+        low, high = values.min(initial=0.0), values.max(initial=0.0)
+    return bool(low >= -LARGEST_NUMBER and high <= LARGEST_NUMBER)  # no NaN, either
 
 
 def _to_float(raw):

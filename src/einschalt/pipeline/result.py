@@ -34,8 +34,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.pipeline.summary.verdict import verdict
 from einschalt.stages.coverage_screening import CoverageScreening
+from einschalt.stages.error_propagation.covariances import PropagatedErrors
 from einschalt.stages.error_propagation.error_model import ErrorModel
-from einschalt.stages.error_propagation.operators import PropagatedErrors
 from einschalt.stages.results import Result
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.stage1_approximate_coordinates import ApproximateCoordinates

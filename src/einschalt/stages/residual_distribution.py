@@ -12,7 +12,7 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.stages.error_propagation.operators import propagate
+from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.theory.adjustment.point_operator import by_coordinate, selection
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,

@@ -1,6 +1,7 @@
 """The rigorous covariance of a block's final coordinates."""
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
@@ -14,7 +15,6 @@ from einschalt.stages.error_propagation.given_points import (
     group_members,
 )
 from einschalt.stages.error_propagation.height_errors import with_measured_heights
-from einschalt.stages.error_propagation.operators import propagate
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.value_weights import RIGOROUS
 
@@ -136,7 +136,7 @@ def _with_all_sizes(block, model, points, fits):
 def propagate_model(model, means):
     """Covariances of the final points by a model of errors."""
     names = means.points["point_id"].to_numpy(dtype=object)
-    return propagate(names, model.chains, model.standard_errors)
+    return propagate(names, model.chains, model.standard_errors, model.known)
 
 
 def propagate_values(model, point_ids):
@@ -146,4 +146,4 @@ def propagate_values(model, point_ids):
     the rows of models that are not usable.
     """
     names = point_ids.to_numpy(dtype=object)
-    return propagate(names, model.chains_to_values, model.standard_errors)
+    return propagate(names, model.chains_to_values, model.standard_errors, model.known)

@@ -5,6 +5,7 @@ import io
 import os
 import re
 import time
+import tracemalloc
 
 import numpy as np
 import pandas as pd
@@ -414,3 +415,21 @@ def test_parts_of_a_table_read_at_once_are_the_whole(
     frame = read(tmp_path, text.replace("P50,", '"P,\n50",'))
     assert frame["point_id"].tolist()[50] == "P,\n50"
     assert len(frame) == 100
+
+
+def test_bytes_are_counted_without_memory_for_all_of_them():
+    """A comparison of all at once would be as large as the file."""
+    data = (b"1;2\n" * 2**18) * 16
+    tracemalloc.start()
+    try:
+        n_lines = csv_parts.count_byte(data, b"\n")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert n_lines == 2**22
+    assert peak < len(data) / 8
+    # a block ends within, at and after the last byte
+    for n_more in (-1, 0, 1):
+        part = data[: 2 * csv_parts.BLOCK_BYTES + n_more]
+        assert csv_parts.count_byte(part, b"\n") == part.count(b"\n")
+    assert csv_parts.count_byte(b"", b"\n") == 0

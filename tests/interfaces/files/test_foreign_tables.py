@@ -14,10 +14,12 @@ import shapely
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.files import unpacked_sizes, workbook_sizes
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
+from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
 
@@ -515,6 +517,19 @@ def test_truncated_and_misnamed_files_are_refused_in_words(tmp_path, suffix):
         path.write_bytes(data)
         with pytest.raises(EinschaltError, match=rf"t{suffix}"):
             check_sound(understand_table(path, CONTROL_POINTS))
+
+
+def test_the_system_of_a_shapefile_may_have_old_letters(tmp_path):
+    """ArcView wrote names of systems in the letters of its country."""
+    table = austrian_of_two()[["Rechtswert", "Hochwert"]].assign(Name=["A", "B"])
+    xy = table[["Rechtswert", "Hochwert"]].to_numpy()
+    write_layer(table[["Name"]], xy, tmp_path / "t.shp")
+    file = tmp_path / "t.prj"
+    file.write_bytes(file.read_bytes().replace(b"Greenwich", b"Gr\xfcnwich"))
+    beside = [read_once(one, one.name) for one in companions(tmp_path / "t.shp")]
+    found = understand_table(tmp_path / "t.shp", CONTROL_POINTS, beside=beside)
+    assert found.frame["point_id"].tolist() == ["A", "B"]
+    assert "Austria" in read_crs(found.crs).name
 
 
 def check_sound(table):

@@ -70,6 +70,12 @@ def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):
         (GROUND, {"east": 100_000.0}, "0 of 2000 heights in the area"),
         (GROUND, {"keys": (1, 1, 0, 1, 1024, 0, 1, 2)}, "cells are in degrees"),
         (GROUND, {"keys": (*PLANE[:-1], 31255)}, r"in MGI .*--crs EPSG:31255"),
+        (
+            GROUND,
+            {"keys": (*PLANE[:-1], 14641)},
+            "a.tif: .* EPSG:14641, which is no",
+        ),
+        (GROUND, {"east": np.nan}, "a.tif: its tags are damaged"),
         (GROUND[:, :25], {}, "nearest height to 504000, .* away"),
     ],
 )

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from fuzz.foreign_files import MARKERS as XML
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.marker_files import (
@@ -13,28 +14,6 @@ from einschalt.interfaces.files.marker_files import (
     read_opensfm,
     write_odm,
 )
-
-# as Metashape 1.2 and later write it
-XML = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<document version="1.2.0"><chunk>
-<cameras><camera id="0" label="A.JPG"/><camera id="7" label="B.JPG"/></cameras>
-<markers>
-<marker id="20" label="P1">
-<reference x="13.5" y="48.25" z="411.5" enabled="true"/></marker>
-<marker id="21" label="P2">
-<reference x="13.6" y="48.26" z="412" enabled="false"/></marker>
-<marker id="22" label="tie"/>
-</markers>
-<reference>EPSG:4326</reference>
-<frames><frame id="0"><markers>
-<marker marker_id="20"><location camera_id="0" pinned="true" x="1.5" y="2.25"/>
-<location camera_id="7" pinned="false" x="9" y="9"/></marker>
-<marker marker_id="21"><location camera_id="7" x="3" y="4"/></marker>
-<marker marker_id="22"><location camera_id="7" x="5" y="6"/></marker>
-</markers></frame></frames>
-</chunk></document>
-"""
 
 
 def written(tmp_path, name, text):

@@ -1,9 +1,6 @@
 """Styles are well-formed, complete, and go with the package."""
 
-import json
 import re
-import shutil
-import subprocess
 import tomllib
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -12,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pyogrio
 import pytest
+from tests.in_qgis import said_by_qgis
 
 import einschalt
 import einschalt as es
@@ -104,12 +102,6 @@ def test_map_tips_name_columns_that_the_layer_has(layer, package_columns):
 
 
 QGIS = """
-import json, os, sys
-from qgis.core import QgsApplication, QgsExpression, QgsExpressionContext
-from qgis.core import QgsExpressionContextUtils, QgsVectorLayer
-QgsApplication.setPrefixPath("/usr", True)
-application = QgsApplication([], False)
-application.initQgis()
 said = {}
 drawing = QgsVectorLayer(f"{sys.argv[2]}|layername=entities", "dxf", "ogr")
 texts = {feature["Text"] for feature in drawing.getFeatures()}
@@ -138,33 +130,16 @@ for name in sys.argv[3:]:
         for feature in layer.getFeatures():
             context.setFeature(feature)
             said[name]["colours"].append(colour.valueAsString(context)[0])
-print(json.dumps([said, sorted(map(str, texts))]), flush=True)
-os._exit(0)  # QGIS takes its libraries down in an order of its own
+said = [said, sorted(map(str, texts))]
 """
 
 
 def test_qgis_opens_the_layers_with_all_that_was_said(tmp_path, good_result):
-    python = shutil.which("python3", path="/usr/bin")
-    found = python and subprocess.run(
-        [python, "-c", "import qgis.core"], capture_output=True, check=False
-    )
-    if not found or found.returncode:
-        pytest.skip("no QGIS for /usr/bin/python3 (Debian: python3-qgis)")
     package = tmp_path / "block.gpkg"
     write_geopackage(good_result, package)
     drawing = tmp_path / "points.dxf"
     es.export(good_result, drawing)
-    own = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "LANG": "C.UTF-8"}
-    own |= {"QT_QPA_PLATFORM": "offscreen", "XDG_RUNTIME_DIR": str(tmp_path)}
-    shown = subprocess.run(
-        [python, "-c", QGIS, package, drawing, *LAYERS],
-        env=own,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert shown.returncode == 0, shown.stderr
-    said, texts = json.loads(shown.stdout.splitlines()[-1])
+    said, texts = said_by_qgis(QGIS, tmp_path, package, drawing, *LAYERS)
     points = good_result.points
     assert set(points["point_id"]) <= set(texts)  # of the drawing
     for layer in LAYERS:

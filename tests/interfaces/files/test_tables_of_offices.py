@@ -40,6 +40,11 @@ def in_groups(sign, decimal):
     return text
 
 
+def as_list(sign, decimal):
+    text = in_groups(sign, decimal).removeprefix(HEAD)
+    return text.replace("A 1", "A1").replace(";", "  ")
+
+
 def as_blanks(text):
     return text.replace(";", "   ").replace(",", ".")
 
@@ -67,6 +72,12 @@ TABLES = {
     "narrow thousands": in_groups("\u202f", ","),
     "English thousands": in_groups(",", ".").replace(";", "\t"),
     "German thousands": in_groups(".", ","),
+    "list with English thousands": in_groups(",", ".").removeprefix(HEAD),
+    "list with Swiss thousands": in_groups("'", ".").removeprefix(HEAD),
+    "list parted by blanks with English thousands": as_list(",", "."),
+    "list parted by blanks with decimal commas": as_list("", ","),
+    "names in a comment, decimal commas": "# Nr Rechtswert Hochwert H Art\n"
+    + as_list("", ","),
     "all quoted": "".join(
         ",".join(f'"{cell}"' for cell in line.split(";")) + "\n"
         for line in PLAIN.splitlines()
@@ -157,6 +168,71 @@ def test_one_decimal_comma_among_grouped_points_is_a_fault(tmp_path):
     table = read(tmp_path, "Nr;E;N\n" + "\n".join(rows) + "\n")
     (problem,) = check_table(table.frame, CONTROL_POINTS, source="P.txt").problems
     assert str(problem).startswith("P.txt, row 4, point C: easting '2,5' has a decimal")
+
+
+SHOWN = "commas separate thousands, as {} shows: {} is read as {}"
+OF_THOUSANDS = {
+    "in another column": (
+        "Nr;E;N\nA;1,234;2,345.5\nB;-5,111;12\n",
+        [[1234.0, 2345.5], [-5111.0, 12.0]],
+        SHOWN.format("northing '2,345.5'", "easting '1,234'", "1234"),
+    ),
+    "in its column": (
+        "Nr;E;N\nA;1,234;7.5\nB;2,345.5;8.25\n",
+        [[1234.0, 7.5], [2345.5, 8.25]],
+        SHOWN.format("easting '2,345.5'", "easting '1,234'", "1234"),
+    ),
+    "two of them": (
+        "Nr\tE\tN\nA\t1,234,567\t234,567\n",
+        [[1234567.0, 234567.0]],
+        SHOWN.format("easting '1,234,567'", "northing '234,567'", "234567"),
+    ),
+    "in quotes": (
+        'Nr,E,N\nA,"1,234","2,345.5"\n',
+        [[1234.0, 2345.5]],
+        SHOWN.format("northing '2,345.5'", "easting '1,234'", "1234"),
+    ),
+    "with the minus of typesetters": (
+        "Nr;E;N\nA;\u22121,234;\u22122,345.5\n",
+        [[-1234.0, -2345.5]],
+        SHOWN.format("northing '-2,345.5'", "easting '-1,234'", "-1234"),
+    ),
+}
+
+
+@pytest.mark.parametrize("decimal", [None, "."])
+@pytest.mark.parametrize("name", OF_THOUSANDS)
+def test_one_comma_that_can_only_part_thousands_tells_of_all(tmp_path, name, decimal):
+    text, expected, said = OF_THOUSANDS[name]
+    table = read(tmp_path, text, Said(decimal=decimal))
+    # what is written with a point alone is still text, which check_table takes
+    found = table.frame[["easting", "northing"]].astype(float)
+    assert found.to_numpy().tolist() == expected
+    assert f"P.txt: {said}" in table.notes
+
+
+def test_a_list_in_which_one_comma_tells_of_all(tmp_path):
+    own = Said(columns={"easting": "column 2", "northing": "column 3"})
+    for sign in (";", "\t", " ", "|"):
+        text = "A;1,234;1,002,345.5\nB;5,111;346\n".replace(";", sign)
+        frame = read(tmp_path, text, own).frame
+        assert frame[["easting", "northing"]].to_numpy().tolist() == [
+            [1234.0, 1002345.5],
+            [5111.0, 346.0],
+        ]
+
+
+@pytest.mark.parametrize(
+    ("row", "decimal", "said"),
+    [
+        ("12,5;2,345.5", None, "northing '2,345.5' has .* easting '12,5' a decimal co"),
+        ("0,411;1,234,567", None, "northing '1,234,567' has .* easting '0,411' a deci"),
+        ("1,234;2,345.5", ",", "'2,345.5' has commas between thousands, and the table"),
+    ],
+)
+def test_commas_of_both_kinds_are_refused(tmp_path, row, decimal, said):
+    with pytest.raises(TableError, match=rf"P\.txt, row 3: .*{said}"):
+        read(tmp_path, f"Nr;E;N\nB;7;8\nA;{row}\n", Said(decimal=decimal))
 
 
 def test_the_minus_of_typesetters_is_one(tmp_path):

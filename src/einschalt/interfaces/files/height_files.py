@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.errors import FileError, raise_problems
+from einschalt.foundations.errors import FileError, ProjectionError, raise_problems
 from einschalt.foundations.projections import label_of, read_crs
 from einschalt.interfaces.files.input_files import read_once, require_text
 from einschalt.interfaces.files.tables_by_suffix import read_table
@@ -96,7 +96,7 @@ def _bare_numbers(path, source):
 
 def _of_tiff(file, crs):
     tags, cells = _cells(file)
-    keys = np.array(tags.get(GEO_KEYS, ()), dtype=int)
+    keys = _finite(tags, GEO_KEYS, file.source).astype(int)
     keys = keys[: len(keys) // 4 * 4].reshape(-1, 4)[1:]
     keys = {int(key): int(value) for key, place, _, value in keys if place == 0}
     _require_system(keys, crs, file.source)
@@ -150,14 +150,25 @@ def _damaged(found, source):
     )
 
 
+def _finite(tags, number, source):
+    """Numbers of a tag, none where it is not there."""
+    try:
+        values = np.array(tags.get(number, ()), dtype=float).reshape(-1)
+    except (ValueError, TypeError) as error:  # a text
+        raise _damaged("its tags are damaged", source) from error
+    if not np.isfinite(values).all():
+        raise _damaged("its tags are damaged", source)
+    return values
+
+
 def _corner(tags, source):
     """North-west corner and size of the cells [m]."""
-    size, ties = tags.get(CELL_SIZE), tags.get(TIE_POINTS)
-    if MATRIX in tags:
-        m = np.array(tags[MATRIX], dtype=float)
-        if len(m) == 16 and m[1] == m[4] == 0.0:
-            return m[3], m[7], m[0], -m[5]
-    if size is None or ties is None or len(ties) != 6 or len(size) < 2:
+    size, ties, m = (
+        _finite(tags, number, source) for number in (CELL_SIZE, TIE_POINTS, MATRIX)
+    )
+    if len(m) == 16 and m[1] == m[4] == 0.0:
+        return m[3], m[7], m[0], -m[5]
+    if len(ties) != 6 or len(size) < 2:
         raise _damaged("says not where it lies, or is turned", source)
     column, row, _, east, north, _ = ties
     return east - column * size[0], north + row * size[1], size[0], size[1]
@@ -174,7 +185,15 @@ def _require_system(keys, crs, source):
         )
     if crs is None or code in (None, USER_DEFINED):
         return
-    found = read_crs(f"EPSG:{code}")
+    try:
+        found = read_crs(f"EPSG:{code}")
+    except ProjectionError as error:
+        raise FileError(
+            f"its cells are in EPSG:{code}, which is no known system",
+            expected=f"the system of the plan, {label_of(crs)}",
+            remedy="Reproject the raster, as QGIS does with 'Warp'",
+            file=source,
+        ) from error
     if found.to_2d() != read_crs(crs).to_2d():
         raise FileError(
             f"its cells are in {label_of(f'EPSG:{code}')}",

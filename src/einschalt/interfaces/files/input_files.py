@@ -210,8 +210,11 @@ def read_text_bytes(path, source):
     return require_text(read_once(path, source).data, source)
 
 
-def require_text(data, source):
-    """See that bytes are UTF-8 text and not empty; without a byte order mark."""
+def require_text(data, source, *, is_utf8=False):
+    """See that bytes are UTF-8 text and not empty; without a byte order mark.
+
+    ``is_utf8``: this has been seen already.
+    """
     refuse_other_kinds(data, source, "UTF-8 text")
     if b"\0" in data:
         raise FileError(
@@ -227,7 +230,7 @@ def require_text(data, source):
         raise FileError(
             "the file is empty", remedy="Fill it, or name another file", file=source
         )
-    if not data.isascii():
+    if not is_utf8 and not data.isascii():
         _require_utf8(data, source)
     return data
 

@@ -8,8 +8,6 @@ image, x to the right and y down, as these programs do.
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree as ET
-from xml.parsers import expat
 
 import numpy as np
 import pandas as pd
@@ -38,9 +36,11 @@ from einschalt.interfaces.files.opensfm_images import (
     json_of,
     require_sizes,
 )
+from einschalt.interfaces.files.plain_xml import read_xml
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
+EXPECTED_XML = "markers as Metashape exports them"
 CHECK_MARK = "CHK-"  # how ODM's users mark check points
 CONTROL = ["point_id", "x", "y", "z", "role"]
 MEASURED = ["image_id", "point_id", "x", "y"]
@@ -102,29 +102,7 @@ def read_metashape(path, source=None) -> Markers:
 
 def _chunk(data, source):
     """The only chunk of a document, read without entities."""
-    guard = expat.ParserCreate()
-    refusal = FileError(
-        "the XML defines a document type or entities, as Metashape does not",
-        expected="markers as Metashape exports them",
-        remedy="Check where the file comes from",
-        file=source,
-    )
-
-    def refuse(*_):
-        raise refusal
-
-    guard.StartDoctypeDeclHandler = refuse
-    try:
-        guard.Parse(data, True)
-    except expat.ExpatError as error:
-        raise FileError(
-            f"is no whole XML: {expat.ErrorString(error.code)}",
-            expected="markers as Metashape exports them",
-            remedy="Export it again",
-            file=source,
-            row=error.lineno,
-        ) from error
-    chunks = list(ET.fromstring(data).iter("chunk"))
+    chunks = list(read_xml(data, source, EXPECTED_XML).iter("chunk"))
     if len(chunks) != 1:
         raise FileError(
             f"holds {kept('{n:chunk|chunks}', n=len(chunks))}",

@@ -40,7 +40,9 @@ def read_table_text(path, source):
     if name is not None:
         encoded = _decoded(data, name, source).encode("utf-8")
         return require_text(encoded, source), f"{source}: read as UTF-16 text"
-    if _is_utf8(data) or UTF8_LETTER.search(data) or b"\0" in data:
+    if _is_utf8(data):
+        return require_text(data, source, is_utf8=True), None
+    if UTF8_LETTER.search(data) or b"\0" in data:
         return read_text_bytes(file, source), None  # which says what is no UTF-8
     text = _as_windows(data)
     if text is None:

@@ -22,9 +22,14 @@ from einschalt.foundations.column_words import (
     translation_note,
 )
 from einschalt.foundations.decimal_commas import (
+    certain_decimal_comma,
+    comma_of_two_meanings,
+    commas_of_thousands,
     meaning_of_commas,
     point_of_two_meanings,
+    with_hyphens,
     with_points,
+    without_commas,
     without_groups,
 )
 from einschalt.foundations.display_names import shortened
@@ -106,7 +111,9 @@ def _with_points(frame, schema, said, source):
         and not pd.api.types.is_numeric_dtype(frame[name])
     ]
     texts = {name: _texts(frame[name]) for name in names}
-    frame, texts, notes = _without_groups(frame, texts, source)
+    ungrouped, note = _without_commas(frame, texts, said, source)
+    frame, texts, notes = _without_groups(frame, texts, ungrouped, source)
+    notes += [note] if note else []
     if said.decimal == POINT:
         return frame, notes
     commas = meaning_of_commas(texts)
@@ -123,9 +130,62 @@ def _with_points(frame, schema, said, source):
     return frame.assign(**changed), notes
 
 
-def _without_groups(frame, texts, source):
-    """Take out signs between thousands that can be nothing else; minus is a hyphen."""
-    plain = {name: without_groups(values) for name, values in texts.items()}
+def _without_commas(frame, texts, said, source):
+    """Texts without commas between thousands, where one of them can be nothing else.
+
+    Then all of the table are, and a note tells it of those that could be decimal.
+    """
+    texts = {name: with_hyphens(values) for name, values in texts.items()}
+    found = commas_of_thousands(texts)
+    if found is None:
+        return texts, None
+    decimal = certain_decimal_comma(texts)
+    if said.decimal == COMMA or decimal is not None:
+        raise _commas_of_both_kinds(frame, found, decimal, source)
+    doubtful = comma_of_two_meanings(texts)
+    note = None
+    if doubtful is not None:
+        note = _note_of_thousands(found, doubtful, source)
+    return {name: without_commas(values) for name, values in texts.items()}, note
+
+
+def _note_of_thousands(found, doubtful, source):
+    shows, certain = found[0], found[2]
+    name, text = doubtful[0], doubtful[2]
+    return (
+        f"{source}: commas separate thousands, as {shows} '{certain}' shows: "
+        f"{name} '{text}' is read as {text.replace(COMMA, '')}"
+    )
+
+
+def _commas_of_both_kinds(frame, found, decimal, source):
+    name, place, text = found
+    if decimal is None:
+        return TableError(
+            f"{name} '{text}' has commas between thousands, and the table is said to "
+            'have decimal = ","',
+            expected="decimal commas, and no others",
+            remedy='Take decimal = "," out of block.toml, or correct the number',
+            file=source,
+            row=_line(frame, place),
+        )
+    other, _, comma = decimal
+    return TableError(
+        f"{name} '{text}' has commas between thousands, and {other} '{comma}' a "
+        "decimal comma",
+        expected="one meaning of commas in a table",
+        remedy="Write decimal points, and take the other commas out",
+        file=source,
+        row=_line(frame, place),
+    )
+
+
+def _without_groups(frame, texts, ungrouped, source):
+    """Take out signs between thousands that can be nothing else; minus is a hyphen.
+
+    ``ungrouped``: the texts without commas between thousands.
+    """
+    plain = {name: without_groups(values) for name, values in ungrouped.items()}
     changed = {n: values for n, values in plain.items() if not values.equals(texts[n])}
     if not changed:
         return frame, texts, []

@@ -69,6 +69,12 @@ def hidden_sheets(data):
         return _hidden_of_ods(book.read("content.xml")) if ODS in names else set()
 
 
+def count_cells_of_ods(data):
+    """Cells that a sound copy of an .ods has, those that are repeated once."""
+    with zipfile.ZipFile(io.BytesIO(data)) as book:
+        return book.read(ODS).count(b"<table:table-cell")
+
+
 def _hidden_of_xlsx(text):
     try:
         sheets = ET.fromstring(text).findall(".//{*}sheet")

@@ -1,7 +1,8 @@
 """What the parts of a workbook would unpack to, refused before anything reads them.
 
 A few kilobytes may be a million rows of a thousand empty cells, or a long text to which
-each of them points. What is not written as spreadsheets write it counts as the worst.
+each of them points. Cells that are all alike pack to a twentieth of a byte, measured
+ones to several bytes. What is not written as spreadsheets write it counts as the worst.
 """
 
 import re
@@ -10,11 +11,14 @@ import numpy as np
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.kernels import compiled
+from einschalt.pipeline.block.memory import allowed_bytes
 
 HARMLESS_BYTES = 2**28  # a million rows of ten columns
 MOST_PACKED = 100
 MOST_MEMBERS = 5000
 MOST_CELLS = 2**24
+HARMLESS_CELLS = 2**21  # a quarter of a gigabyte, as GDAL and pandas hold them
+BYTES_OF_A_CELL = 110  # measured: 2 and 13.5 million cells of one digit
 LARGEST_TEXT = 2**27  # of all cells that point to texts
 LONGEST_TEXT = 2**18  # bytes of one cell; spreadsheets write 32 767 letters
 CELL = re.compile(rb"<c\s([^<>]*)>\s*(?:<v>(\d{1,9})<)?")
@@ -56,15 +60,19 @@ def refuse_entities(text, source):
         )
 
 
-def refuse_cells(texts, source):
-    """Refuse long texts, texts that many cells share, and sheets of empty cells.
+def refuse_cells(texts, n_bytes, source):
+    """Refuse long texts, texts that many cells share, and more cells than are measured.
 
-    ``texts``: the parts of a workbook, as bytes by their names in the archive.
+    ``texts``: the parts of a workbook of so many bytes, by their names in the archive.
     """
+    n_cells = 0
     for text in texts.values():
         longest, width = _extent(np.frombuffer(text, np.uint8))
+        n_rows = text.count(b"<row")
         _refuse_long(longest, source)
-        _refuse_width(text.count(b"<row"), width, source)
+        _refuse_width(n_rows, width, source)
+        n_cells += n_rows * width
+    _refuse_number(n_cells, n_bytes, source)
     shared = [text for text in texts.values() if b"<si" in text]
     sizes = [np.array([len(p) for p in text.split(b"<si")[1:]]) for text in shared]
     if not sizes:
@@ -122,6 +130,31 @@ def _refuse_width(n_rows, width, source):
             "table as CSV",
             file=source,
         )
+
+
+def _refuse_number(n_cells, n_bytes, source):
+    """Refuse sheets whose cells would fill the memory, or that nobody has measured."""
+    packed = max(HARMLESS_CELLS, n_bytes)  # measured ones have more than a byte each
+    most = min(packed, MOST_CELLS, int(allowed_bytes() / 2.0 / BYTES_OF_A_CELL))
+    if n_cells > most:
+        raise FileError(
+            f"{n_bytes} bytes would unpack to {n_cells} cells",
+            expected=f"at most {most} cells in a workbook of this size",
+            remedy="Leave out the rows, columns and sheets that are no part of the "
+            "table, or give the table as CSV",
+            file=source,
+        )
+
+
+def too_many_in_ods(n_cells, source):
+    """An .ods that GDAL does not read: it holds ten megabytes of cells at most."""
+    return FileError(
+        f"has {n_cells} cells, some of them perhaps repeated, which are too many for "
+        "an .ods",
+        expected="at most 300000 cells in an .ods",
+        remedy="Save the table as .xlsx or as CSV",
+        file=source,
+    )
 
 
 @compiled

@@ -39,6 +39,7 @@ from einschalt.interfaces.files.understood_tables import (
 )
 from einschalt.interfaces.files.workbook_parts import (
     NO_VALUE,
+    count_cells_of_ods,
     hidden_sheets,
     with_marks,
 )
@@ -47,6 +48,7 @@ SUFFIXES = (".xlsx", ".ods")
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 FORMULA = re.compile(rb"""\s(table:formula)\s*=\s*("[^"]*"|'[^']*')""")
 MOST_COLUMNS = 1000
+TOO_MANY = "memory for row/cell repetition"  # what GDAL says of large .ods
 # NotImplementedError, of a way of packing that is not known, is a RuntimeError
 DAMAGES = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, ValueError)
 DATE = r"\d{4}[-/]\d\d[-/]\d\d([ T].*)?"
@@ -94,16 +96,7 @@ def _all_sheets(path, source):
         hidden = hidden_sheets(data)
     except DAMAGES as error:
         raise _damaged(source) from error
-    sheets = {}
-    with opened({suffix: data}, source) as (pyogrio, copy):
-        for name, _ in pyogrio.list_layers(copy):
-            _, table = pyogrio.read_arrow(copy, layer=name, return_fids=True)
-            _refuse_width(table.num_columns - 1, source)
-            frame = table.to_pandas().set_index(table.column_names[0]).fillna("")
-            frame = frame.astype("str").apply(lambda column: column.str.strip())
-            frame.index.name = "row"
-            if frame.size and (frame != "").to_numpy().any():
-                sheets[name] = frame
+    sheets = _cells_of(data, suffix, source)
     if not sheets:
         raise FileError("the workbook is empty", remedy="Fill it", file=source)
     if hidden.issuperset(sheets):
@@ -114,6 +107,27 @@ def _all_sheets(path, source):
             file=source,
         )
     return sheets, hidden.intersection(sheets)
+
+
+def _cells_of(data, suffix, source):
+    """Cells of all sheets of a sound copy, but of those that are empty."""
+    sheets = {}
+    try:
+        with opened({suffix: data}, source) as (pyogrio, copy):
+            for name, _ in pyogrio.list_layers(copy):
+                _, table = pyogrio.read_arrow(copy, layer=name, return_fids=True)
+                _refuse_width(table.num_columns - 1, source)
+                frame = table.to_pandas().set_index(table.column_names[0]).fillna("")
+                frame = frame.astype("str").apply(lambda column: column.str.strip())
+                frame.index.name = "row"
+                if frame.size and (frame != "").to_numpy().any():
+                    sheets[name] = frame
+    except FileError as error:
+        if TOO_MANY in str(error):
+            n_cells = count_cells_of_ods(data)
+            raise workbook_sizes.too_many_in_ods(n_cells, source) from error
+        raise
+    return sheets
 
 
 def _refuse_width(n_columns, source):
@@ -254,8 +268,11 @@ def sound_copy(data, suffix, source):
                 if name == "mimetype" or name.endswith((".xml", ".rels")):
                     text = packed.read(member)
                     workbook_sizes.refuse_entities(text, source)
-                    texts[name] = FORMULA.sub(b"", with_marks(text))
-            workbook_sizes.refuse_cells(texts, source)
+                    text = with_marks(text)
+                    # without a copy of hundreds of megabytes where there is none
+                    has_formula = b"table:formula" in text
+                    texts[name] = FORMULA.sub(b"", text) if has_formula else text
+            workbook_sizes.refuse_cells(texts, len(data), source)
             for name, text in texts.items():
                 new.writestr(name, text)
     except DAMAGES as error:

@@ -80,7 +80,8 @@ def _add_points(document, space, handed):
     document.layers.add("NUMBERS", color=7)
     size = _text_height(handed.coordinates[:, :2])
     block = document.blocks.new(BLOCK)
-    block.add_point((0, 0))
+    # a circle alone: with a point beside it OGR, and so QGIS, would make a collection
+    # of each reference, which nobody can draw
     block.add_circle((0, 0), size / 4)
     offset = (size / 2, size / 2)
     block.add_attdef(NUMBER, offset, dxfattribs={"height": size, "layer": "NUMBERS"})

@@ -12,8 +12,8 @@ from einschalt.foundations.projections import (
     reproject,
 )
 from einschalt.interfaces.files.atomic import write_bytes
+from einschalt.interfaces.files.plain_xml import xml_bytes
 from einschalt.interfaces.programs.kml import ICON, NAMESPACE
-from einschalt.interfaces.programs.plain_xml import xml_bytes
 
 FILE = "flight_plan.kml"
 GOOD_ENOUGH = 10.0  # metres: the imagery below is no better

@@ -14,9 +14,9 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import label_of
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import each, read_xml, xml_bytes
 from einschalt.interfaces.programs.foreign import Foreign
 from einschalt.interfaces.programs.handed_over import MOST_FULL
-from einschalt.interfaces.programs.plain_xml import each, read_xml, xml_bytes
 
 NAMESPACE = "http://www.gnu.org/software/gama/gama-local"
 MOST_ROWS = 2**31  # of a matrix that is announced

@@ -12,13 +12,13 @@ import pandas as pd
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import child, each, read_xml
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     cells_of,
     is_finite,
     lines_of,
 )
-from einschalt.interfaces.programs.plain_xml import child, each, read_xml
 
 VRT = "a VRT with a GCPList"
 TIFF = "a GeoTIFF with tie points"
@@ -124,12 +124,11 @@ def read_geotiff(file) -> Foreign:
             raise damaged(file.source, found, TIFF) from error
         except (KeyError, TypeError, Image.DecompressionBombError) as error:
             raise damaged(file.source, "its tags are damaged", TIFF) from error
-    for starts, counts in PARTS:
-        ends = np.add(tags.get(starts, (0,)), tags.get(counts, (0,)))
-        if ends.max(initial=0) > len(file.data):
-            raise damaged(file.source, "ends before its image: it is cut off", TIFF)
-    ties = np.array(tags.get(TIE_POINTS, ()), dtype=float)
-    keys = _geo_keys(tags.get(GEO_KEYS, ()))
+    ends = [_ends(tags, *pair, file.source) for pair in PARTS]
+    ties = _finite(tags, TIE_POINTS, file.source)
+    keys = _geo_keys(_finite(tags, GEO_KEYS, file.source))
+    if max(one.max(initial=0.0) for one in ends) > len(file.data):
+        raise damaged(file.source, "ends before its image: it is cut off", TIFF)
     if SCALE in tags or not len(ties) or len(ties) % 6:
         raise damaged(file.source, "has no list of control points", TIFF)
     ties = ties.reshape(-1, 6)
@@ -140,9 +139,28 @@ def read_geotiff(file) -> Foreign:
     return _foreign(rows, crs, file.path.name, file.source, TIFF)
 
 
+def _ends(tags, starts, counts, source):
+    """Where the parts of an image end."""
+    starts, counts = (_finite(tags, one, source, (0.0,)) for one in (starts, counts))
+    if len(starts) != len(counts) != 1:
+        raise damaged(source, "its tags are damaged", TIFF)
+    return starts + counts
+
+
+def _finite(tags, number, source, default=()):
+    """Numbers of a tag; a FileError where it has a text, or what is not finite."""
+    try:
+        values = np.array(tags.get(number, default), dtype=float).reshape(-1)
+    except (ValueError, TypeError) as error:
+        raise damaged(source, "its tags are damaged", TIFF) from error
+    if not np.isfinite(values).all():
+        raise damaged(source, "its tags are damaged", TIFF)
+    return values
+
+
 def _geo_keys(keys):
     """Values of the keys of a GeoTIFF that are short numbers."""
-    keys = np.array(keys, dtype=int)
+    keys = keys.astype(int)
     keys = keys[: len(keys) // 4 * 4].reshape(-1, 4)[1:]
     return {int(key): int(value) for key, place, _, value in keys if place == 0}
 

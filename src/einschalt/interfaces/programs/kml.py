@@ -12,7 +12,7 @@ from einschalt.foundations.projections import (
     read_source_crs,
     reproject,
 )
-from einschalt.interfaces.programs.plain_xml import xml_bytes
+from einschalt.interfaces.files.plain_xml import xml_bytes
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
 GOOD_ENOUGH = 10.0  # metres: the imagery below is no better

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import child, each, read_xml, xml_bytes
 from einschalt.interfaces.programs.foreign import Foreign, is_finite
-from einschalt.interfaces.programs.plain_xml import child, each, read_xml, xml_bytes
 
 NAMESPACE = "http://www.landxml.org/schema/LandXML-1.2"
 EXPECTED = "LandXML with CgPoints"

@@ -9,12 +9,12 @@ import numpy as np
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     is_finite,
     orientations,
 )
-from einschalt.interfaces.programs.plain_xml import child, each, read_xml, text_of
 
 EXPECTED = "cameras as Metashape exports them: sensors with calibrations"
 KEYS = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")

@@ -11,6 +11,7 @@ import pandas as pd
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.plain_xml import each, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     is_finite,
@@ -19,7 +20,6 @@ from einschalt.interfaces.programs.foreign import (
     orientations,
     require_rows,
 )
-from einschalt.interfaces.programs.plain_xml import each, read_xml, text_of
 
 EXPECTED = "control, measurements or an orientation as MicMac writes them"
 PAIR = "x y of the first image, x y of the second [, weight] in each line"

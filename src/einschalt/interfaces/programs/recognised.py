@@ -142,12 +142,19 @@ def reader_of(path, name=None):
         return plugin
     if micmac.is_homologous(path):
         return lambda given: micmac.read_homologous(Path(given))
+    known = format_of(file)
+    return None if known is None else _of_file(known)
+
+
+def format_of(file) -> Format | None:
+    """Format of a file, by its name and first bytes; None where it is none of these."""
+    path = Path(file)
     head, suffix = _head(file), path.suffix.lower()
     for one in FORMATS:
         is_known = suffix in one.suffixes
         is_known &= not one.stems or path.stem.casefold() in one.stems
         if is_known and (one.is_it is None or one.is_it(head)):
-            return _of_file(one)
+            return one
     return None
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.stages.coverage_screening import coverage_differences, screen_coverages
-from einschalt.stages.error_propagation.operators import propagate
+from einschalt.stages.error_propagation.covariances import propagate
 
 
 def screen_block(means, errors, settings):
@@ -35,7 +35,7 @@ def difference_covariance(differences, errors):
     operator = differences.operator(n_values, errors.axes)
     chains = {n: chain.with_last_step(operator) for n, chain in errors.chains.items()}
     names = np.arange(n_rows).astype(object)
-    found = propagate(names, chains, errors.standard_errors)
+    found = propagate(names, chains, errors.standard_errors, errors.known)
     return found.covariance[:, :2, :2]
 
 

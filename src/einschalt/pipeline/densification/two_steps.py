@@ -39,8 +39,8 @@ from einschalt.pipeline.densification.simultaneous import own_deformation_of
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
+from einschalt.stages.error_propagation.covariances import PropagatedErrors
 from einschalt.stages.error_propagation.error_model import ErrorModel
-from einschalt.stages.error_propagation.operators import PropagatedErrors
 from einschalt.stages.error_propagation.shared_error import (
     shared_error_of,
     with_shared_error,

@@ -6,12 +6,16 @@ independent of each other, with their stated error or with that which the fits s
 is the assumption under which a budget could hold, and it is there to be tested.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.stages.error_propagation.covariances import (
+    KnownParameters,
+    covariances_of_pairs,
+)
 from einschalt.stages.error_propagation.given_points import (
     APPROXIMATE_POINTS,
     GivenErrors,
@@ -27,7 +31,6 @@ from einschalt.stages.error_propagation.measurement_errors import (
 from einschalt.stages.error_propagation.operators import (
     FlightOperator,
     GroundSources,
-    covariances_of_pairs,
     flight_operator,
     mean_operator,
 )
@@ -87,6 +90,10 @@ class ErrorModel:
     is_assumed: bool
     # measuring errors of the low flight from the sources behind them
     own: dict[str, PointOperator]
+    # what the values share; of other chains it is computed anew
+    known: KnownParameters = field(
+        default_factory=KnownParameters, repr=False, kw_only=True
+    )
 
     @property
     def axes(self):
@@ -133,7 +140,9 @@ class ErrorModel:
         ``pairs`` (n_pairs, 2) of rows of its model points; gives (n_pairs,
         n_coordinates, n_coordinates) [m²], NaN where a model is not usable.
         """
-        return covariances_of_pairs(self.chains_to_values, self.standard_errors, pairs)
+        return covariances_of_pairs(
+            self.chains_to_values, self.standard_errors, pairs, self.known
+        )
 
     @property
     def chains(self):

@@ -22,12 +22,15 @@ from einschalt.stages.bent_map import (
     is_of_the_earth,
     moved_coordinates,
 )
-from einschalt.stages.error_propagation.operators import (
-    GroundSources,
+from einschalt.stages.error_propagation.covariances import (
+    KnownParameters,
     PropagatedErrors,
     covariances_of_pairs,
-    operator_of_fit,
     propagate,
+)
+from einschalt.stages.error_propagation.operators import (
+    GroundSources,
+    operator_of_fit,
 )
 from einschalt.stages.stage4_error_budget import error_budget
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
@@ -135,14 +138,15 @@ class _Means:
     weights: np.ndarray  # (n_rows,) or (n_rows, 2, 2): of the rows in that order
 
     @classmethod
-    def of(cls, flight, weighting=PLAIN, chains=None, sizes=None):
+    def of(cls, flight, weighting=PLAIN, chains=None, sizes=None, known=None):
         """Plain means, or those of least variance.
 
-        ``chains`` lead from all sources, whose errors are ``sizes``, to the values.
+        ``chains`` lead from all sources, whose errors are ``sizes``, to the values;
+        ``known`` are their KnownParameters.
         """
         codes, point = pd.factorize(flight.point)
         sort = segments(codes, len(point))
-        covariances = partial(covariances_of_pairs, chains, sizes)
+        covariances = partial(covariances_of_pairs, chains, sizes, known=known)
         found = value_weights(weighting, None, sort.order, sort.start, covariances)
         return cls(point, sort.order, sort.start, found.in_mean)
 
@@ -238,10 +242,11 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     onto = operator.ground @ high_means.operator(axes)
     chains = {name: onto @ chain for name, chain in chains.items()}
     chains[LOW] = operator.measured @ own
-    means = _Means.of(low, weighting, chains, sizes)
+    known = KnownParameters()
+    means = _Means.of(low, weighting, chains, sizes, known)
     final = means.operator(axes)
     to_points = {name: final @ chain for name, chain in chains.items()}
-    errors = propagate(means.point, to_points, sizes)
+    errors = propagate(means.point, to_points, sizes, known)
     return PropagatedFlights(means, of_low, errors, chains)
 
 

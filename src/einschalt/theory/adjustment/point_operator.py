@@ -11,22 +11,18 @@ are wanted, or what it makes of some columns.
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
-from itertools import pairwise
-from operator import matmul
+from operator import add, matmul
 
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_parts, over_segments, segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
 # of the rows of pairs, which stay in the cache of a processor
 NUMBERS_IN_CACHE = 100_000
-# below them a thread takes as long to start as it saves
-PRODUCTS_WORTH_A_THREAD = 5_000_000
-N_RANGES = 8  # of rows, each for a thread
 
 
 class Axes(Enum):
@@ -112,6 +108,18 @@ class PointOperator:
     # sparse arrays: their product is the operator, the last step on the left
     factors: tuple
     axes: Axes
+    added: tuple["PointOperator", ...] = ()  # products that are added to this one
+
+    @classmethod
+    def sum_of(cls, products):
+        """Add operators, each of which is one product."""
+        first, *others = products
+        return cls(first.factors, first.axes, tuple(others))
+
+    @property
+    def products(self):
+        """Operators without any sum that it is the sum of, the first one first."""
+        return PointOperator(self.factors, self.axes), *self.added
 
     @property
     def shape(self):
@@ -133,26 +141,25 @@ class PointOperator:
         self._require_same_axes(other)
         if self.factors and other.factors and self.shape[1] != other.shape[0]:
             raise ValueError(f"operators of {self.shape} and {other.shape} numbers")
-        return PointOperator((*self.factors, *other.factors), self.axes)
+        return PointOperator.sum_of(
+            PointOperator((*one.factors, *two.factors), self.axes)
+            for one in self.products
+            for two in other.products
+        )
 
     def __neg__(self):
-        first, *others = self.factors
-        return PointOperator((-first, *others), self.axes)
+        return PointOperator.sum_of(
+            PointOperator((-one.factors[0], *one.factors[1:]), self.axes)
+            for one in self.products
+        )
 
     def __add__(self, other):
         """Sum of products, none of which is formed."""
         self._require_same_axes(other)
-        length = max(len(self.factors), len(other.factors))
-        pairs = list(zip(self._padded(length), other._padded(length), strict=True))
-        if length == 1:
-            return PointOperator((self.factors[0] + other.factors[0],), self.axes)
-        first, *middle, last = pairs
-        factors = (
-            sparse.hstack(first, format="csr"),
-            *(sparse.block_diag(pair, format="csr") for pair in middle),
-            sparse.vstack(last, format="csr"),
-        )
-        return PointOperator(factors, self.axes)
+        both = (*self.products, *other.products)
+        if all(len(one.factors) == 1 for one in both):
+            return PointOperator((sum(one.factors[0] for one in both),), self.axes)
+        return PointOperator.sum_of(both)
 
     def __sub__(self, other):
         return self + -other
@@ -161,14 +168,10 @@ class PointOperator:
         if self.axes is not other.axes:
             raise ValueError(f"operators of {self.axes} and of {other.axes}")
 
-    def _padded(self, length):
-        through = sparse.eye_array(self.shape[1], format="csr")
-        return (*self.factors, *(through for _ in range(length - len(self.factors))))
-
     @property
     def matrix(self):
         """The product, a sparse array."""
-        return reduce(matmul, self.factors)
+        return reduce(add, (reduce(matmul, one.factors) for one in self.products))
 
     def blocks_at(self, rows, columns):
         """Small matrices by which points depend on others, (n_pairs, n_axes, n_axes).
@@ -220,7 +223,10 @@ class PointOperator:
     @property
     def T(self):  # noqa: N802
         """Transposed, not conjugated."""
-        return PointOperator(tuple(part.T for part in self.factors[::-1]), self.axes)
+        return PointOperator.sum_of(
+            PointOperator(tuple(part.T for part in one.factors[::-1]), self.axes)
+            for one in self.products
+        )
 
     def formed(self):
         """Multiply its factors: the same operator with one factor."""
@@ -232,18 +238,29 @@ class PointOperator:
 
     @property
     def last_step(self):
-        """The factor on the left alone."""
+        """The factor on the left alone, the same in all products."""
         return PointOperator(self.factors[:1], self.axes)
 
     def with_last_step(self, last_step):
         """Take another last step, of the same values, in place of its own."""
-        return PointOperator((*last_step.factors, *self.factors[1:]), self.axes)
+        return PointOperator.sum_of(
+            PointOperator((*last_step.factors, *one.factors[1:]), self.axes)
+            for one in self.products
+        )
 
     def apply(self, numbers):
         """What becomes of packed vectors, or of columns of them."""
-        for matrix in reversed(self.factors):
-            numbers = _applied(matrix.tocsr(), numbers)
-        return numbers
+        if numbers.ndim == 1:
+            return self.apply(numbers[:, None])[:, 0]
+        if not self.factors:
+            return numbers
+        out = None
+        for one in self.products:
+            steps, inner = one.factors, numbers
+            for matrix in steps[:0:-1]:
+                inner = _add_product(matrix, inner)
+            out = _add_product(steps[0], inner, out)
+        return out
 
     def of_vectors(self, vectors):
         """What becomes of vectors of points, (n_sources, n_coordinates)."""
@@ -257,7 +274,8 @@ class PointOperator:
         """
         if self.axes is Axes.COMPLEX:
             rows = rows @ np.array([1.0, -1j])
-        return reduce(matmul, self.factors, rows.reshape(len(rows), -1))
+        rows = rows.reshape(len(rows), -1)
+        return sum(reduce(matmul, one.factors, rows) for one in self.products)
 
     def covariances(self, standard_errors):
         """Covariance of each point, (…, n_coordinates, n_coordinates) [m²].
@@ -269,7 +287,7 @@ class PointOperator:
         if not sparse.issparse(matrix):
             if self.axes is Axes.COMPLEX:
                 variances = _squares(matrix) @ np.square(each)
-                return _of_real_axes(variances[..., None])
+                return of_real_axes(variances[..., None])
             scaled = matrix * each.ravel()
             every = np.arange(self.n_points)
             return self._products_of(scaled, np.column_stack([every, every]))
@@ -281,7 +299,7 @@ class PointOperator:
         over_segments(
             _sum_of_products, start, blocks.indices, blocks.data, variances, found
         )
-        return _of_real_axes(found) if self.axes is Axes.COMPLEX else found
+        return of_real_axes(found) if self.axes is Axes.COMPLEX else found
 
     def covariances_between(self, pairs, standard_errors):
         """Covariances between pairs of points, (n_pairs, 2), from independent errors.
@@ -298,32 +316,7 @@ class PointOperator:
         variances = np.square(self.axes.each(standard_errors)).ravel()
         entries = (rows.indptr, rows.indices, rows.data)
         _multiply_rows(*entries, variances, pairs, out)
-        return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
-
-    def joint_covariance(self, standard_errors):
-        """Covariance of all numbers from independent errors, a full matrix [m²].
-
-        Errors as of :meth:`covariances`.
-        """
-        matrix, each = self.matrix, self.axes.each(standard_errors).ravel()
-        if not sparse.issparse(matrix):
-            scaled = matrix * each
-            return scaled @ scaled.conj().T
-        scaled = sparse.csr_array(matrix) * each
-        return (scaled @ scaled.conj().T).toarray()
-
-    def covariances_of(self, joint, pairs):
-        """Covariances between pairs of points from that of all that they come from.
-
-        ``joint`` as :meth:`joint_covariance`, pairs as :meth:`covariances_between`.
-        """
-        rows = sparse.csr_array(self.matrix)
-        size = self.axes.value
-        out = np.zeros((len(pairs), size, size), np.result_type(rows.dtype, joint))
-        entries = (rows.indptr, rows.indices, rows.data)
-        pairs = np.ascontiguousarray(pairs, dtype=np.int64)
-        _multiply_through(*entries, joint, pairs, out)
-        return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
+        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
 
     def _products_of(self, scaled, pairs):
         """Sums of products of the full rows of pairs of points, as covariances."""
@@ -335,7 +328,7 @@ class PointOperator:
             for part in parts
         ]
         found = np.concatenate(products)
-        return _of_real_axes(found) if self.axes is Axes.COMPLEX else found
+        return of_real_axes(found) if self.axes is Axes.COMPLEX else found
 
 
 def unchanged(axes):
@@ -411,27 +404,27 @@ def stacked(rows):
     return PointOperator((sparse.vstack(beside, format="csr"),), rows[0][0].axes)
 
 
-def _applied(matrix, columns):
-    if columns.ndim == 2 and np.iscomplexobj(columns) and not np.iscomplexobj(matrix):
+def _add_product(matrix, columns, out=None):
+    """Product of a sparse matrix and columns, added to ``out`` if that is given."""
+    dtype = np.result_type(matrix.dtype, columns.dtype)
+    if out is None:
+        out = np.zeros((matrix.shape[0], columns.shape[1]), dtype)
+    elif out.dtype != dtype:
+        out = out.astype(np.result_type(out, dtype))
+    rows, numbers = sparse.csr_array(matrix), out
+    columns = np.ascontiguousarray(columns, dtype=out.dtype)
+    if np.iscomplexobj(out) and not np.iscomplexobj(rows):
         # two real columns for each complex one: half the work
-        columns = np.ascontiguousarray(columns)
-        return _applied(matrix, columns.view(float)).view(complex)
-    n_products = matrix.nnz * columns[:1].size
-    if n_products < PRODUCTS_WORTH_A_THREAD:
-        return matrix @ columns
-    edges = np.linspace(0, matrix.nnz, N_RANGES + 1)
-    edges = np.unique(np.searchsorted(matrix.indptr, edges))
-    edges[0], edges[-1] = 0, matrix.shape[0]
-    ranges = [_rows(matrix, *edge) for edge in pairwise(edges.tolist())]
-    return np.concatenate(over_parts(lambda rows: rows @ columns, ranges))
-
-
-def _rows(matrix, first, last):
-    """Rows of a sparse array, no number of which is copied."""
-    begin, end = matrix.indptr[[first, last]]
-    pointer = matrix.indptr[first : last + 1] - begin
-    parts = matrix.data[begin:end], matrix.indices[begin:end], pointer
-    return sparse.csr_array(parts, shape=(last - first, matrix.shape[1]))
+        columns, numbers = columns.view(float), out.view(float)
+    over_segments(
+        _add_rows,
+        rows.indptr.astype(np.int64),
+        rows.indices.astype(np.int64),
+        rows.data,
+        columns,
+        numbers,
+    )
+    return out
 
 
 def _squares(numbers):
@@ -441,11 +434,20 @@ def _squares(numbers):
     return np.square(numbers)
 
 
-def _of_real_axes(scalar):
+def of_real_axes(scalar):
     """Covariance of easting and northing from that of E + iN."""
     same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
     rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
     return np.stack(rows, -2)
+
+
+@compiled
+def _add_rows(first, last, start, column, value, columns, out):
+    for row in range(first, last):
+        for k in range(start[row], start[row + 1]):
+            factor, given = value[k], columns[column[k]]
+            for j in range(len(given)):
+                out[row, j] += factor * given[j]
 
 
 @compiled
@@ -480,18 +482,3 @@ def _multiply_rows(pointer, column, value, variances, pairs, out):
                         out[p, a, b] += variances[column[i]] * product
                         i += 1
                         j += 1
-
-
-@compiled
-def _multiply_through(pointer, column, value, joint, pairs, out):
-    n_axes = out.shape[1]
-    for p in range(len(pairs)):
-        for a in range(n_axes):
-            row_a = pairs[p, 0] * n_axes + a
-            for b in range(n_axes):
-                row_b = pairs[p, 1] * n_axes + b
-                for i in range(pointer[row_a], pointer[row_a + 1]):
-                    part = out[p, a, b] * 0.0
-                    for j in range(pointer[row_b], pointer[row_b + 1]):
-                        part += joint[column[i], column[j]] * np.conj(value[j])
-                    out[p, a, b] += value[i] * part

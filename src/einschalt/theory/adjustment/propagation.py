@@ -10,78 +10,67 @@ See docs/theory/propagation.md.
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.point_operator import of_blocks
 
 
-def hat_operator(design, cofactors, weight_sum, weights, layout):
-    """Hat matrix of all models: what each row takes from the fitted points.
+def through_parameters(design, cofactors, weights, weight_sum, model, fitted):
+    """How points depend on the parameters of their models, and these on fitted points.
+
+    Together they are the hat matrix of all models, H_ij = w_j (I / Σw + D_i Q D_jᴴ), in
+    two steps of far fewer numbers. The parameters of a model stand for some points: its
+    shift, then the rest, with zeros where that does not fill the last one.
 
     Parameters
     ----------
     design : ndarray, shape (n_rows, d, n_rest)
-        Sensitivity of each row's point, rows sorted by model; d numbers stand for it.
+        Sensitivity of each row's point, for which d numbers stand.
     cofactors : ndarray, shape (n_models, n_rest, n_rest)
-    weight_sum : ndarray, shape (n_models,)
     weights : ndarray, shape (n_fitted,)
-        Of the fitted points, sorted by model.
-    layout : PairLayout
-        Which rows depend on which fitted points.
+    weight_sum : ndarray, shape (n_models,)
+    model : ndarray of int, shape (n_rows,)
+    fitted : ndarray of int, shape (n_fitted,)
+        Rows of the fitted points, sorted by model.
 
     Returns
     -------
-    PointOperator
-        From the fitted points to the rows: blocks H_ij = w_j (I / Σw + D_i Q D_jᴴ).
+    PointOperator, PointOperator
+        From the parameters of all models to the rows, and from the fitted points to the
+        parameters.
     """
-    left = np.einsum("nau,nuv->nav", design, cofactors[layout.model_of_row])
-    d = design.shape[1]
-    blocks = np.empty((len(layout.row), d, d), dtype=left.dtype)
-    _fill_hat(
-        blocks,
-        (left, design),
-        weight_sum[layout.model_of_row],
-        weights,
-        (layout.row, layout.fitted, layout.row_of_fitted),
-    )
-    return of_blocks(blocks, layout.fitted, layout.pointer, len(weights))
+    n_rows, d, n_rest = design.shape
+    n_each = 1 + -(-n_rest // d)
+    onto = np.zeros((n_rows, d, n_each * d), dtype=design.dtype)
+    onto[:, :, :d] = np.eye(d)
+    onto[:, :, d : d + n_rest] = design
+    onto = onto.reshape(n_rows, d, n_each, d).swapaxes(1, 2).reshape(-1, d, d)
+    columns = n_each * model[:, None] + np.arange(n_each)
+    pointer = n_each * np.arange(n_rows + 1)
+    of_rows = of_blocks(onto, columns.ravel(), pointer, n_each * len(cofactors))
+    found = np.zeros((len(fitted), n_each * d, d), dtype=design.dtype)
+    at = model[fitted]
+    found[:, :d] = np.eye(d) / weight_sum[at, None, None]
+    found[:, d : d + n_rest] = cofactors[at] @ design[fitted].conj().swapaxes(1, 2)
+    found *= weights[:, None, None]
+    found = found.reshape(len(fitted), n_each, d, d)
+    return of_rows, _of_parameters(found, at, len(cofactors))
 
 
-@compiled
-def _fill_hat(blocks, designs, weight_sum, weights, pairs):
-    # in one pass: gathered for all pairs, the designs would take a gigabyte
-    left, right = designs
-    row, fitted, row_of_fitted = pairs
-    n_pairs, d, _ = blocks.shape
-    for p in range(n_pairs):
-        i, j = row[p], row_of_fitted[fitted[p]]
-        for a in range(d):
-            for b in range(d):
-                blocks[p, a, b] = 1.0 / weight_sum[i] if a == b else 0.0
-                for u in range(left.shape[2]):
-                    blocks[p, a, b] += left[i, a, u] * np.conj(right[j, b, u])
-                blocks[p, a, b] *= weights[fitted[p]]
+def _of_parameters(blocks, model, n_models):
+    """Operator to the parameters of each model, row after row, from its fitted points.
 
-
-class PairLayout:
-    """All pairs of a row and a fitted point of the same model.
-
-    ``start_rows`` (n_models + 1,) has the segments of all rows, sorted by model;
-    ``row_of_fitted`` (n_fitted,) says which were fitted, ascending. ``row`` and
-    ``fitted`` (n_pairs,) are the row, and the position of the fitted point among the
-    fitted ones; ``pointer`` (n_rows + 1,) is the first pair of each row.
+    ``blocks`` (n_fitted, n_each, d, d) are sorted by fitted point.
     """
-
-    def __init__(self, start_rows, row_of_fitted):
-        n_rows = int(start_rows[-1])
-        count = np.diff(start_rows)
-        self.row_of_fitted = row_of_fitted
-        self.model_of_row = np.repeat(np.arange(len(count)), count)
-        start_fitted = np.searchsorted(row_of_fitted, start_rows)
-        per_row = np.diff(start_fitted)[self.model_of_row]
-        self.pointer = np.concatenate([[0], np.cumsum(per_row)])
-        self.row = np.repeat(np.arange(n_rows), per_row)
-        within = np.arange(len(self.row)) - self.pointer[self.row]
-        self.fitted = start_fitted[self.model_of_row[self.row]] + within
+    n_fitted, n_each, d, _ = blocks.shape
+    start = np.searchsorted(model, np.arange(n_models + 1))
+    count, parameter = np.diff(start), np.arange(n_each)
+    pointer = n_each * start[:-1, None] + parameter * count[:, None]
+    place = pointer[model] + (np.arange(n_fitted) - start[model])[:, None]
+    sorted_blocks = np.empty((n_each * n_fitted, d, d), dtype=blocks.dtype)
+    sorted_blocks[place] = blocks
+    columns = np.empty(n_each * n_fitted, dtype=np.int64)
+    columns[place] = np.arange(n_fitted)[:, None]
+    pointer = np.append(pointer.ravel(), n_each * n_fitted)
+    return of_blocks(sorted_blocks, columns, pointer, n_fitted)
 
 
 def scattered(blocks, rows, columns, shape):

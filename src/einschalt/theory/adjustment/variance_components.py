@@ -15,7 +15,9 @@ docs/theory/variance_components.md.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations_with_replacement, product
+from operator import add
 
 import numpy as np
 
@@ -177,14 +179,17 @@ def _drawn_products(sums, standard_errors, seed):
 
 def _by_rows(chains):
     """The same chains of each sum by rows; factors that they share stay shared."""
-    factors = {
-        id(f): f for part in chains for one in part.values() for f in one.factors
-    }
-    rows = {place: factor.tocsr() for place, factor in factors.items()}
+    rows = {}
+
+    def by_rows(one):
+        for factor in one.factors:
+            rows.setdefault(id(factor), factor.tocsr())
+        return PointOperator(tuple(rows[id(f)] for f in one.factors), one.axes)
+
     return [
         {
-            name: PointOperator(tuple(rows[id(f)] for f in one.factors), one.axes)
-            for name, one in part.items()
+            name: PointOperator.sum_of(map(by_rows, chain.products))
+            for name, chain in part.items()
         }
         for part in chains
     ]
@@ -199,7 +204,8 @@ class _Through:
             key
             for part in chains
             for source, chain in part.items()
-            for key in _ends(source, chain)
+            for one in chain.products
+            for key in _ends(source, one)
         )
         self._done = {}
 
@@ -207,13 +213,16 @@ class _Through:
         """What the errors of a source become; None where they do not enter."""
         if chain is None:
             return None
+        return reduce(add, (self._through(source, one) for one in chain.products))
+
+    def _through(self, source, one):
         drawn = self._errors[source]
-        for factor, key in zip(chain.factors[::-1], _ends(source, chain), strict=True):
+        for factor, key in zip(one.factors[::-1], _ends(source, one), strict=True):
             self._uses[key] -= 1
             if key in self._done:
                 drawn = self._done[key]
             else:
-                drawn = PointOperator((factor,), chain.axes).apply(drawn)
+                drawn = PointOperator((factor,), one.axes).apply(drawn)
             if self._uses[key]:
                 self._done[key] = drawn
             else:  # nobody needs it any more
@@ -221,9 +230,9 @@ class _Through:
         return drawn
 
 
-def _ends(source, chain):
-    """Name the last factors of a chain, one and more: those that are applied first."""
-    parts = tuple(map(id, chain.factors[::-1]))
+def _ends(source, one):
+    """Name the factors at the end of a product, one and more: applied first."""
+    parts = tuple(map(id, one.factors[::-1]))
     return [(source, *parts[:length]) for length in range(1, len(parts) + 1)]
 
 

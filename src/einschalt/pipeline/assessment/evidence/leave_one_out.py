@@ -18,12 +18,12 @@ from scipy.special import ndtr  # scipy.stats takes a second to import
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
+from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
     add_flight_sources,
 )
-from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.point_operator import (
     PointOperator,

@@ -1,0 +1,407 @@
+"""Covariances of points from the errors of all observations: L Σ Lᵀ.
+
+Operators lead from every source of errors to the points. Most go through the parameters
+of models, of which there are far fewer than values: what these share is computed once,
+for all that depends on them.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import partial, reduce
+from operator import add
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.batches import over_parts
+from einschalt.foundations.errors import TableError
+from einschalt.foundations.names import encode
+from einschalt.theory.adjustment.bundled_covariance import (
+    BundledRows,
+    joint_covariance,
+    points_in_a_bundle,
+)
+from einschalt.theory.adjustment.point_operator import PointOperator, selection
+
+# numbers of a full matrix: 80 MB for each range of points, 160 MB for those at once
+NUMBERS_OF_RANGE, RANGES_AT_ONCE = 10_000_000, 2
+PAIRS_AT_ONCE = 50_000
+# share of entries from which a product is no longer kept sparse
+FULL = 0.1
+# what an entry of a sparse matrix takes, with its place and what is computed from it
+SPARSE_SIZE = 3.0
+UNEVEN = 2.0  # size of the fullest rows, over the mean
+N_SAMPLED = 100  # points whose rows tell how full they are
+ROUNDING = 1e-12  # of the variances that cancel each other
+
+
+class KnownParameters:
+    """What the parameters of models share, kept for all that depends on them.
+
+    Values, their means and differences of means depend on the same parameters: their
+    covariances are computed when the first of these asks for them.
+    """
+
+    def __init__(self):
+        self._behind, self._met, self._joint = (), None, {}
+
+    def covariances(self, met, size, chains, standard_errors):
+        """Covariances of pairs of parameters from each source, (n_met, size, size).
+
+        ``met`` are the BundlePairs; ``chains`` lead to the parameters, of which
+        ``size`` numbers stand in a bundle.
+        """
+        behind = [f for c in chains.values() for one in c.products for f in one.factors]
+        behind += [standard_errors[name] for name in chains]
+        places = None
+        if list(map(id, behind)) == list(map(id, self._behind)):
+            places = self._met.places_of(met)
+        if places is None:
+            # matrices are kept, so that another one cannot have the identity of theirs
+            self._behind, self._met = behind, met
+            self._joint = {
+                source: joint_covariance(rows, met, size, standard_errors[source])
+                for source, rows in _rows_to_bundles(chains, size)
+            }
+            return self._joint
+        return {name: blocks[places] for name, blocks in self._joint.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class PropagatedErrors:
+    """Covariances of the final points, and where they come from."""
+
+    point_ids: np.ndarray  # (n_points,)
+    # (n_points, n_coordinates, n_coordinates): from each source alone [m²]
+    parts: dict[str, np.ndarray]
+    # from the errors of each source to the final points
+    chains: dict[str, PointOperator]
+    # of each source's observations, per coordinate [m]
+    standard_errors: dict[str, np.ndarray]
+    known: KnownParameters = field(default_factory=KnownParameters, repr=False)
+
+    @property
+    def axes(self):
+        """Of the operators."""
+        return next(iter(self.chains.values())).axes
+
+    @property
+    def covariance(self):
+        """Covariance of each point, (n_points, n_coordinates, n_coordinates) [m²]."""
+        return sum(self.parts.values())
+
+    def covariance_between(self, first, second):
+        """Covariance between pairs of points.
+
+        (n_pairs, n_coordinates, n_coordinates) [m²], of point_ids. The variance of a
+        coordinate difference is V_first + V_second − C − Cᵀ.
+        """
+        places = np.column_stack([self._places(first), self._places(second)])
+        return self.covariance_at(places)
+
+    def covariance_at(self, places):
+        """Covariance between pairs of points, by their places among the points.
+
+        ``places`` (n_pairs, 2); gives (n_pairs, n_coordinates, n_coordinates) [m²].
+        """
+        return covariances_of_pairs(
+            self.chains, self.standard_errors, places, self.known
+        )
+
+    def _places(self, point_ids):
+        asked = encode(np.asarray(point_ids, dtype=object))
+        place = encode(self.point_ids).locate(asked)
+        if (place < 0).any():
+            raise TableError(
+                "it is not among the densified points",
+                expected="a point_id of result.points",
+                point=asked.names[int(np.argmax(place < 0))],
+            )
+        return place[asked.codes]
+
+
+def covariances_of_pairs(chains, standard_errors, places, known=None):
+    """Covariances between pairs of the points that chains lead to.
+
+    ``places`` (n_pairs, 2): pairs that share points stand best near each other;
+    ``known`` are KnownParameters. Gives (n_pairs, n_coordinates, n_coordinates) [m²].
+    """
+    chains, pairs = _of_points(chains, places)
+    steps = _Steps.of(chains)
+    found = sum(steps.through_parameters(pairs, standard_errors, known).values())
+    if not steps.direct:
+        return found
+    n_points = next(iter(steps.direct.values())).n_points
+    n_parts = max(-(-len(pairs) // PAIRS_AT_ONCE), n_ranges(steps.direct, n_points))
+    n_parts = max(1, min(n_parts, len(pairs)))
+    parts = np.array_split(pairs, n_parts)
+    work = partial(_between, steps.direct, standard_errors)
+    between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
+    return found + np.concatenate(between)
+
+
+def _of_points(chains, places):
+    """Chains to the points of pairs alone, and the places of these among them."""
+    any_chain = next(iter(chains.values()))
+    is_used = np.zeros(any_chain.n_points, dtype=bool)
+    is_used[places] = True
+    if is_used.all():
+        return chains, places
+    picked = selection(np.flatnonzero(is_used), len(is_used), any_chain.axes)
+    place = np.cumsum(is_used) - 1
+    return {name: picked @ chain for name, chain in chains.items()}, place[places]
+
+
+def propagate(point_ids, chains, standard_errors, known=None) -> PropagatedErrors:
+    """Covariances of the final points from all sources.
+
+    ``standard_errors`` of each source are per coordinate [m], with a column for each
+    axis where they differ; ``known`` are KnownParameters of the same chains.
+    """
+    n_points = next(iter(chains.values())).n_points
+    known = KnownParameters() if known is None else known
+    steps = _Steps.of(chains)
+    direct = _by_rows(steps.direct, standard_errors, n_points) if steps.direct else {}
+    through = steps.variances(direct, standard_errors, known)
+    parts = {name: (direct | through)[name] for name in chains}
+    return PropagatedErrors(point_ids, parts, chains, standard_errors, known)
+
+
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Chains, apart in what goes through the parameters of models and what does not.
+
+    Products that begin with the same steps, the last of which has fewer columns than
+    rows: the fewest such steps that products begin with, and do not end with.
+    """
+
+    last: PointOperator | None  # from the parameters to the points
+    through: dict[str, PointOperator]  # from the sources to the parameters
+    direct: dict[str, PointOperator]  # from the sources to the points
+
+    @classmethod
+    def of(cls, chains):
+        """Split chains, dict of str to PointOperator."""
+        alike = {}
+        for chain in chains.values():
+            for one in chain.products:
+                n_first = _n_steps_to_fewer(one)
+                if n_first is not None:
+                    alike.setdefault(_key(one, n_first), []).append((n_first, one))
+        if not alike:
+            return cls(None, {}, chains)
+        # where as many go one way as another, through the fewest numbers
+        key = max(alike, key=lambda key: (len(alike[key]), -_width(*alike[key][0])))
+        n_first, one = alike[key][0]
+        through, direct = {}, {}
+        for name, chain in chains.items():
+            for product in chain.products:
+                if _key(product, n_first) == key:
+                    rest = PointOperator(product.factors[n_first:], product.axes)
+                    through.setdefault(name, []).append(rest)
+                else:
+                    direct.setdefault(name, []).append(product)
+        through, direct = (
+            {name: PointOperator.sum_of(found) for name, found in part.items()}
+            for part in (through, direct)
+        )
+        return cls(PointOperator(one.factors[:n_first], one.axes), through, direct)
+
+    def through_parameters(self, pairs, standard_errors, known):
+        """What parameters make of the covariances of pairs of points, by the source.
+
+        Between them, and between them and what does not go through them.
+        """
+        if self.last is None:
+            return {}
+        rows, met, joint = self._joint(pairs, standard_errors, known)
+        return {
+            name: rows.covariances(pairs, met, part)
+            + self._beside(name, rows, pairs, standard_errors)
+            for name, part in joint.items()
+        }
+
+    def variances(self, direct, standard_errors, known):
+        """Covariance of each point from every source that goes through parameters.
+
+        ``direct`` are those of what goes beside them. Where both, or errors of several
+        parameters, cancel each other, no rounding is left.
+        """
+        if self.last is None:
+            return {}
+        pairs, found = np.column_stack([np.arange(self.last.n_points)] * 2), {}
+        rows, met, joint = self._joint(pairs, standard_errors, known)
+        for name, part in joint.items():
+            whole = rows.covariances(pairs, met, part)
+            size = rows.independent_variances(met, part)
+            if name in direct:
+                whole += self._beside(name, rows, pairs, standard_errors)
+                whole += direct[name]
+                size += np.trace(direct[name], axis1=1, axis2=2)
+            whole[np.trace(whole, axis1=1, axis2=2) < ROUNDING * size] = 0.0
+            found[name] = whole
+        return found
+
+    def _joint(self, pairs, standard_errors, known):
+        """Rows of points by bundles of parameters, and what these share by the source.
+
+        Gives BundledRows, the BundlePairs that meet in pairs of points, and their
+        covariances.
+        """
+        axes = self.last.axes
+        size = axes.size(points_in_a_bundle(self.last.factors[-1], axes))
+        rows = BundledRows.of(self.last, size)
+        met = rows.neighbours(pairs)
+        known = KnownParameters() if known is None else known
+        return rows, met, known.covariances(met, size, self.through, standard_errors)
+
+    def _beside(self, name, rows, pairs, standard_errors):
+        """What a source that goes both ways makes of the covariances of pairs."""
+        if name not in self.direct:
+            return 0.0
+        ways = self.direct[name], self.through[name]
+        shared = BundledRows.of(_shared(*ways, standard_errors[name]), rows.size)
+        return rows.covariances_with(shared, pairs)
+
+
+def _n_steps_to_fewer(product):
+    for n_first, matrix in enumerate(product.factors[:-1], start=1):
+        if matrix.shape[1] < matrix.shape[0]:
+            return n_first
+    return None
+
+
+def _width(n_first, product):
+    return product.factors[n_first - 1].shape[1]
+
+
+def _shared(direct, through, standard_errors):
+    """Covariances of points, by one way, with parameters, by the other one."""
+    axes = direct.axes
+    variances = np.square(axes.each(standard_errors)).ravel()
+    rows = sparse.csr_array(through.matrix) * variances
+    return PointOperator((sparse.csr_array(direct.matrix) @ rows.conj().T,), axes)
+
+
+def _by_rows(chains, standard_errors, n_points):
+    """Covariance of each point from each source, by its row of the whole product."""
+
+    def covariances(places):
+        rows = _rows_of(chains, places)
+        return {source: of.covariances(standard_errors[source]) for source, of in rows}
+
+    # in ranges of points: the product as a whole would hold some hundred blocks a point
+    ranges = np.array_split(np.arange(n_points), n_ranges(chains, n_points))
+    found = over_parts(covariances, ranges, most_at_once=RANGES_AT_ONCE)
+    return {name: np.concatenate([part[name] for part in found]) for name in chains}
+
+
+def _rows_to_bundles(chains, size):
+    """Product of each chain in blocks of so many rows, which have the same gaps.
+
+    Yields the name of each source, and its rows as a PointOperator.
+    """
+    any_chain = next(iter(chains.values()))
+    identity = sparse.eye_array(any_chain.shape[0], format="csr")
+    unit = sparse.bsr_array(identity, blocksize=(size, size))
+    yield from _products(chains, unit, full=1.0)
+
+
+def _between(chains, standard_errors, places):
+    points, place = np.unique(places, return_inverse=True)
+    pairs = place.reshape(places.shape)
+    return sum(
+        rows.covariances_between(pairs, standard_errors[source])
+        for source, rows in _rows_of(chains, points)
+    )
+
+
+def n_ranges(chains, n_points) -> int:
+    """Into how many ranges the points are divided, so that memory suffices.
+
+    As few as possible: a product of sparse matrices takes time for every column of the
+    last one, however few rows the first one has.
+    """
+    numbers = max(
+        one.axes.size(n_points) * _row_size(one, n_points)
+        for chain in chains.values()
+        for one in chain.products
+    )
+    return max(1, int(-(-numbers // NUMBERS_OF_RANGE)))
+
+
+def _row_size(chain, n_points):
+    """Numbers that a row holds at most on its way through a product, about.
+
+    As the rows of some points show, that lie all over the block.
+    """
+    widest = max((matrix.shape[1] for matrix in chain.factors), default=1)
+    if chain.axes.size(n_points) * widest <= NUMBERS_OF_RANGE:
+        return widest  # all of them fit, even full ones
+    n_all = chain.n_points
+    sampled = np.unique(np.linspace(0, n_all - 1, min(N_SAMPLED, n_all)).astype(int))
+    rows, largest = selection(sampled, n_all, chain.axes).matrix, 0
+    for matrix in chain.factors:
+        rows = _filled(_times(rows, matrix))
+        is_sparse = sparse.issparse(rows)
+        largest = max(largest, SPARSE_SIZE * rows.nnz if is_sparse else rows.size)
+    return min(UNEVEN * largest / chain.axes.size(len(sampled)), widest)
+
+
+def _rows_of(chains, places):
+    """Rows of some points in the product of each chain.
+
+    Yields the name of each source, and its rows as a PointOperator.
+    """
+    any_chain = next(iter(chains.values()))
+    picked = selection(places, any_chain.n_points, any_chain.axes)
+    yield from _products(chains, picked.matrix)
+
+
+def _products(chains, picked, full=FULL):
+    """Picked rows in the product of each chain; what begins alike is shared.
+
+    They are kept sparse up to the share ``full`` of entries.
+    """
+    beginnings = Counter(
+        _key(one, k)
+        for chain in chains.values()
+        for one in chain.products
+        for k in _lengths(one)
+    )
+    done = {(): picked}
+
+    def rows_of(one):
+        known = max((k for k in _lengths(one) if _key(one, k) in done), default=0)
+        rows = done[_key(one, known)]
+        for k in range(known, len(one.factors)):
+            rows = _filled(_times(rows, one.factors[k]), full)
+            if beginnings[_key(one, k + 1)] > 1:
+                done[_key(one, k + 1)] = rows
+        return rows
+
+    for source, chain in chains.items():
+        rows = reduce(add, map(rows_of, chain.products))
+        yield source, PointOperator((rows,), chain.axes)
+
+
+def _lengths(one):
+    return range(1, len(one.factors) + 1)
+
+
+def _key(one, length):
+    return tuple(map(id, one.factors[:length]))
+
+
+def _times(rows, matrix):
+    # models that are not usable have no part, but 0 · NaN would be NaN
+    if not sparse.issparse(rows) and not np.isfinite(matrix.data).all():
+        rows = sparse.csr_array(rows)
+    return rows @ matrix
+
+
+def _filled(rows, full=FULL):
+    """As a full matrix where most of it is needed: it multiplies much faster."""
+    is_full = sparse.issparse(rows) and rows.nnz > full * rows.shape[0] * rows.shape[1]
+    # by rows: from small matrices scipy would go through a list of all entries
+    return rows.tocsr().toarray() if is_full else rows

@@ -1,0 +1,300 @@
+"""Covariances of many points that follow from few numbers, in bundles of some.
+
+The values of a model depend on its parameters, a handful of numbers, and these on all
+points of the model, on the high flight and on control. So the covariances of values are
+those of parameters of the same and of neighbouring models, of which there are far
+fewer: each is computed once, from long rows, and enters many pairs of points through
+rows of a few numbers.
+
+See docs/theory/propagation.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.kernels import compiled
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    of_real_axes,
+)
+
+# of a matrix without gaps, and how much less each of its products takes
+NUMBERS_OF_WHOLE, QUICKER_AS_A_WHOLE = 50_000_000, 8
+
+
+@dataclass(frozen=True, eq=False)
+class BundledRows:
+    """Rows of points that depend on few bundles of numbers.
+
+    Columns that the same points depend on stand together: the parameters of a model.
+    """
+
+    rows: sparse.bsr_array  # blocks (n_axes, size) of a point and a bundle
+    axes: Axes
+
+    @classmethod
+    def of(cls, operator, size):
+        """Rows of a PointOperator, by bundles of ``size`` numbers."""
+        axes = operator.axes
+        blocks = sparse.bsr_array(
+            sparse.csr_array(operator.matrix), blocksize=(axes.value, size)
+        )
+        blocks.sort_indices()
+        return cls(blocks, axes)
+
+    @property
+    def size(self):
+        """How many numbers stand in a bundle."""
+        return self.rows.blocksize[1]
+
+    def neighbours(self, pairs):
+        """Which bundles meet in pairs of points, (n_pairs, 2): BundlePairs."""
+        rows = self.rows
+        shape = rows.shape[0] // self.axes.value, rows.shape[1] // self.size
+        count = np.ones(len(rows.indices), dtype=np.int32)
+        held = sparse.csr_array((count, rows.indices, rows.indptr), shape=shape)
+        first, second = pairs.T
+        if np.array_equal(first, second):
+            met = held[np.unique(first)]
+            met = met.T @ met
+        else:
+            met = held[first].T @ held[second]
+            met = met + met.T
+        met = sparse.tril(met, format="csr")
+        met.sort_indices()
+        return BundlePairs(met.indptr.astype(np.int64), met.indices.astype(np.int64))
+
+    def covariances(self, pairs, met, joint):
+        """Covariances of pairs of points, (n_pairs, n_coordinates, n_coordinates) [m²].
+
+        ``joint`` (n_met, size, size) are those of the bundles that meet in them.
+        """
+        dtype = np.result_type(self.rows.dtype, joint)
+        out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
+        over_segments(
+            _through_bundles,
+            np.arange(len(pairs) + 1),
+            np.ascontiguousarray(pairs, dtype=np.int64),
+            *self._entries(dtype),
+            met.pointer,
+            met.column,
+            joint.astype(dtype, copy=False),
+            out,
+        )
+        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def covariances_with(self, shared, pairs):
+        """What points make of the covariances of points with bundles, for their pairs.
+
+        ``shared`` are BundledRows of these covariances; gives (n_pairs, n_coordinates,
+        n_coordinates) [m²], of the first with the second and the second with the first.
+        """
+        dtype = np.result_type(self.rows.dtype, shared.rows.dtype)
+        out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
+        over_segments(
+            _meet_in_bundles,
+            np.arange(len(pairs) + 1),
+            np.ascontiguousarray(pairs, dtype=np.int64),
+            *self._entries(dtype),
+            *shared._entries(dtype),
+            out,
+        )
+        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def independent_variances(self, met, joint):
+        """Variances of points if parameters were independent, summed up, (n_points,).
+
+        What a variance has been computed from: far less than that is rounding.
+        """
+        every = np.arange(len(met.pointer) - 1)
+        # bundles that no point uses do not meet themselves
+        is_used = np.diff(met.pointer) > 0
+        of_bundle = np.zeros((len(every), self.size))
+        own = np.diagonal(joint[met.pointer[1:][is_used] - 1], axis1=1, axis2=2)
+        of_bundle[is_used] = own.real
+        squares = np.square(np.abs(self.rows.data))
+        each = np.einsum("nau,nu->n", squares, of_bundle[self.rows.indices])
+        return segment_sum(each, self.rows.indptr)
+
+    def _entries(self, dtype):
+        rows = self.rows
+        pointer, bundle = (a.astype(np.int64) for a in (rows.indptr, rows.indices))
+        return pointer, bundle, rows.data.astype(dtype, copy=False)
+
+
+@dataclass(frozen=True, eq=False)
+class BundlePairs:
+    """Pairs of bundles, the later one first, sorted."""
+
+    pointer: np.ndarray  # (n_bundles + 1,): first pair of each later one
+    column: np.ndarray  # (n_pairs,): the earlier one, or the same
+
+    def __len__(self):
+        return len(self.column)
+
+    @property
+    def _keys(self):
+        later = np.repeat(np.arange(len(self.pointer) - 1), np.diff(self.pointer))
+        return later * (len(self.pointer) - 1) + self.column
+
+    def places_of(self, others):
+        """Where other pairs of the same bundles stand; None if one is not among these.
+
+        >>> both = BundlePairs(np.array([0, 1, 3]), np.array([0, 0, 1]))
+        >>> both.places_of(BundlePairs(np.array([0, 0, 1]), np.array([0]))).tolist()
+        [1]
+        """
+        own, asked = self._keys, others._keys
+        places = np.searchsorted(own, asked)
+        # the largest one may stand beyond the end
+        is_among = np.append(own, -1)[places] == asked
+        return places if is_among.all() else None
+
+
+def joint_covariance(operator, met, size, standard_errors):
+    """Covariances of pairs of bundles from independent errors, (n_met, size, size).
+
+    Parameters
+    ----------
+    operator : PointOperator
+        Leads to the numbers of all bundles; quickest of blocks with ``size`` rows.
+    met : BundlePairs
+    size : int
+    standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
+        Per coordinate [m].
+    """
+    each = operator.axes.each(standard_errors)
+    blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
+    blocks.sort_indices()
+    scaled = blocks.data * each[blocks.indices][:, None]
+    if _is_quicker_as_a_whole(blocks, met):
+        entries = scaled, blocks.indices, blocks.indptr
+        return _of_whole(sparse.bsr_array(entries, blocks.shape).toarray(), met, size)
+    out = np.zeros((len(met), size, size), dtype=scaled.dtype)
+    rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
+    over_segments(_joint_of_pairs, met.pointer, met.column, *rows, scaled, out)
+    return out
+
+
+def _is_quicker_as_a_whole(blocks, met):
+    """Whether nearly all entries are filled, and nearly all bundles meet."""
+    n_rows, n_columns = blocks.shape
+    of_pairs = len(met) * blocks.nnz * blocks.blocksize[0] ** 2 / n_rows
+    numbers = max(n_rows * n_rows, n_rows * n_columns)
+    is_small = numbers <= NUMBERS_OF_WHOLE
+    return is_small and n_rows**2 * n_columns < QUICKER_AS_A_WHOLE * of_pairs
+
+
+def _of_whole(rows, met, size):
+    n_bundles = len(rows) // size
+    later = np.repeat(np.arange(n_bundles), np.diff(met.pointer))
+    joint = (rows @ rows.conj().T).reshape(n_bundles, size, n_bundles, size)
+    return joint[later, :, met.column]
+
+
+def points_in_a_bundle(matrix, axes):
+    """How many points stand together in the columns of all rows of a matrix.
+
+    Columns are told apart by the rows that use them: by the sum of numbers drawn for
+    these.
+    """
+    blocks = sparse.bsr_array(matrix, blocksize=(axes.value, axes.value))
+    n_rows, n_columns = (axes.count(n) for n in matrix.shape)
+    mark = np.random.default_rng(0).random(n_rows)
+    row = np.repeat(np.arange(n_rows), np.diff(blocks.indptr))
+    used = np.bincount(blocks.indices, mark[row], n_columns)
+    edges = np.flatnonzero(np.diff(used)) + 1
+    return int(np.gcd.reduce(np.append(edges, n_columns)))
+
+
+@compiled
+def _joint_of_pairs(first, last, start, column, pointer, source, blocks, out):
+    size, n_axes = blocks.shape[1:]
+    for later in range(first, last):
+        for p in range(start[later], start[later + 1]):
+            i, last_i = pointer[later], pointer[later + 1]
+            j, last_j = pointer[column[p]], pointer[column[p] + 1]
+            while i < last_i and j < last_j:
+                if source[i] < source[j]:
+                    i += 1
+                elif source[i] > source[j]:
+                    j += 1
+                else:
+                    for a in range(size):
+                        for b in range(size):
+                            for c in range(n_axes):
+                                product = blocks[i, a, c] * np.conj(blocks[j, b, c])
+                                out[p, a, b] += product
+                    i += 1
+                    j += 1
+
+
+@compiled
+def _through_bundles(
+    first, last, _, pairs, pointer, bundle, blocks, start, column, joint, out
+):
+    n_axes, size = blocks.shape[1:]
+    for p in range(first, last):
+        one, two = pairs[p]
+        for i in range(pointer[one], pointer[one + 1]):
+            for j in range(pointer[two], pointer[two + 1]):
+                later, earlier = max(bundle[i], bundle[j]), min(bundle[i], bundle[j])
+                low, high = start[later], start[later + 1]
+                while low < high:
+                    middle = (low + high) // 2
+                    if column[middle] < earlier:
+                        low = middle + 1
+                    else:
+                        high = middle
+                is_turned = bundle[i] < bundle[j]
+                for u in range(size):
+                    for v in range(size):
+                        if is_turned:
+                            shared = np.conj(joint[low, v, u])
+                        else:
+                            shared = joint[low, u, v]
+                        for a in range(n_axes):
+                            for b in range(n_axes):
+                                other = shared * np.conj(blocks[j, b, v])
+                                out[p, a, b] += blocks[i, a, u] * other
+
+
+@compiled
+def _meet_in_bundles(
+    first,
+    last,
+    _,
+    pairs,
+    pointer,
+    bundle,
+    blocks,
+    shared_pointer,
+    shared_bundle,
+    shared,
+    out,
+):
+    n_axes, size = blocks.shape[1:]
+    for p in range(first, last):
+        for turn in range(2):
+            row, other = pairs[p, turn], pairs[p, 1 - turn]
+            i, last_i = pointer[row], pointer[row + 1]
+            j, last_j = shared_pointer[other], shared_pointer[other + 1]
+            while i < last_i and j < last_j:
+                if bundle[i] < shared_bundle[j]:
+                    i += 1
+                elif bundle[i] > shared_bundle[j]:
+                    j += 1
+                else:
+                    for a in range(n_axes):
+                        for b in range(n_axes):
+                            for u in range(size):
+                                number = blocks[i, a, u] * np.conj(shared[j, b, u])
+                                if turn == 0:
+                                    out[p, a, b] += number
+                                else:
+                                    out[p, b, a] += np.conj(number)
+                    i += 1
+                    j += 1
