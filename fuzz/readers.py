@@ -27,6 +27,7 @@ from einschalt.interfaces.batch.changes_file import (
 from einschalt.interfaces.files.block_toml import read_block_toml
 from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.input_files import checksum, companions, read_once
+from einschalt.interfaces.files.plan_file import read_plan_file
 from einschalt.interfaces.files.result_folder import PROVENANCE
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.programs.block_tables import find_problems, read_block
@@ -49,6 +50,7 @@ from fuzz.sound_files import (
     CAMERAS,
     IMAGES,
     PARALLAXES,
+    PLANS,
     TABLES,
     as_geoparquet,
     as_map_or_workbook,
@@ -59,7 +61,7 @@ from fuzz.sound_files import (
 BLOCKS = (BLOCK, IMAGES, PARALLAXES)
 RESULT = "result"
 # files that are read alone, so that every message is about them
-NAMED = {"camera.toml", "t.csv", "t.tsv", "t.parquet"}
+NAMED = {"camera.toml", "plan.json", "t.csv", "t.tsv", "t.parquet"}
 NAMED |= {"t.xlsx", "t.ods", "t.gpkg", "t.geojson"}
 NAMED |= {"a.tif", "area.gpkg", "area.geojson", "heights.tif", "heights.xyz"}
 NAMED |= {"tracks.csv", "markers.xml", "gcp_list.txt", "b.tif.txt"}
@@ -150,6 +152,7 @@ def _of_files():
     """Readers of one file."""
     yield "block.toml", "block.toml", BLOCKS, _toml, 50
     yield "camera.toml", "camera.toml", CAMERAS, _camera, 30
+    yield "plan.json", "plan.json", PLANS, read_plan_file, 4
     for name, schema in SCHEMAS.items():
         yield name, f"t{Path(name).suffix}", (TABLES[name],), _table(schema), 4
     for name, options in PARQUET.items():

@@ -95,6 +95,22 @@ CAMERAS = (
 )
 
 
+PLANS = (
+    (
+        '{"format": 1, "expected": 0.05, "figures": {}, "frame": null, "area": null, '
+        '"design": {"scale_number": 8000, "spacing": 300, "m_g_um": 5, "width": null}}'
+    ),
+    (
+        '{"format": 1, "expected": 0.05, "figures": {"cost": 1.5}, "frame": {"kind": '
+        '"affine", "max_height": 2000.0, "costs": {"image": 10}}, "area": '
+        '{"geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9e3,0], [9e3,8e3],'
+        '[0, 0]]]}, "crs": "EPSG:31255", "name": "north", "heights": null, "follows": '
+        'false}, "design": {"scale_number": 8000.0, "spacing": 300, "m_g_um": 5.5, '
+        '"image_format": [0.23, 0.2], "most_work": null, "kind": "helmert"}}'
+    ),
+)
+
+
 def _points():
     """Number, name, and position [m] of nine points, on ground that is not level."""
     for k, name in enumerate(NAMES):

@@ -28,7 +28,8 @@ def run(command):
     program, *arguments = shlex.split(command)
     assert program == "einschalt"
     shown = CliRunner().invoke(app, arguments)
-    assert shown.exit_code == 0, shown.stderr
+    is_unreached = "No plan is recommended" in shown.stdout
+    assert shown.exit_code == int(is_unreached), shown.stderr
     return shown.stdout
 
 

@@ -17,12 +17,14 @@ import einschalt as es
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.interfaces.notebook.result_plots import ResultPlots
 from einschalt.interfaces.python_api import SimulatedBlock
+from einschalt.interfaces.python_plans import AreaPlan, ExpectedPrecision
 from einschalt.pipeline.result_parts import FormerPart, Part
 from einschalt.stages.results import ModelResult, Result
 
 ROOT = Path(__file__).parents[1]
 USER_CODE = ROOT / "tests/typing/user_code.py"
 SELF = ("self", "cls")
+PLANS = (es.FlightDesign, es.PlanFrame, ExpectedPrecision, AreaPlan)
 
 
 def public_functions():
@@ -32,6 +34,7 @@ def public_functions():
 def hints(function):
     """Annotations as objects; some modules import a name for type checkers alone."""
     later = {"pd": pd, "DensificationResult": es.DensificationResult}
+    later |= {one.__name__: one for one in PLANS}
     return typing.get_type_hints(function, localns=later)
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_api import read_block as read_block
     from einschalt.interfaces.python_api import read_points as read_points
     from einschalt.interfaces.python_api import simulate_block as simulate_block
+    from einschalt.interfaces.python_api import simulate_plan as simulate_plan
     from einschalt.interfaces.python_plans import expect_precision as expect_precision
     from einschalt.interfaces.python_plans import find_plans as find_plans
     from einschalt.interfaces.python_plans import plan_area as plan_area
@@ -107,6 +108,7 @@ _HOME = {
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",
+    "simulate_plan": "einschalt.interfaces.python_api",
     "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
     "BlockNoise": "einschalt.pipeline.simulation.simulate_block",
     "EinschaltError": "einschalt.foundations.errors",

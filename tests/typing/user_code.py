@@ -112,5 +112,9 @@ def plan() -> pd.DataFrame:
     plan = es.plan_area(0.05, "area.gpkg", choices, crs="EPSG:31255")
     if not plan.is_recommended:
         raise SystemExit(plan.verdict())
+    tried = es.simulate_plan(found.nearest, frame=es.PlanFrame(kind="rigid"), seed=1)
+    for one in (plan, design, expected):
+        truth = assert_type(es.simulate_plan(one, n_check=5).truth, pd.DataFrame)
+        tried.write(Path("tried") / str(len(truth)))
     found.plot.costs(expected.plot.map()).set_title(found.verdict)
     return pd.concat([best, table, found.feasible])

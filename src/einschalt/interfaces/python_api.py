@@ -52,6 +52,11 @@ from einschalt.pipeline.simulation.noise import BlockNoise
 if TYPE_CHECKING:
     import geopandas
 
+    from einschalt.pipeline.planning.area.recommended import AreaPlan
+    from einschalt.pipeline.planning.expected_precision import ExpectedPrecision
+    from einschalt.pipeline.planning.flight_design import FlightDesign
+    from einschalt.pipeline.planning.search import PlanFrame
+
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block(checked.Block):
@@ -533,6 +538,7 @@ def simulate_block(
     seed: int = 0,
     geometry: BlockGeometry | None = None,
     noise: BlockNoise | None = None,
+    title: str | None = None,
 ) -> SimulatedBlock:
     """Simulate a block with known truth.
 
@@ -546,11 +552,83 @@ def simulate_block(
         Instead of the preset's.
     noise : BlockNoise, optional
         Instead of the preset's.
+    title : str, optional
+        Name of the block; that of the preset, or scales and spacing of another
+        geometry, where left out.
 
     Returns
     -------
     SimulatedBlock
         With ``truth``: point_id, easting, northing [, height].
     """
-    block = simulated.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
+    given = {"geometry": geometry, "noise": noise, "title": title}
+    block = simulated.simulate_block(preset, seed=seed, **given)
+    return SimulatedBlock(**checked.plain_fields(block))
+
+
+def simulate_plan(
+    plan: "FlightDesign | ExpectedPrecision | AreaPlan | pd.Series",
+    *,
+    frame: "PlanFrame | None" = None,
+    seed: int = 0,
+    noise: BlockNoise | None = None,
+    measurement: Literal["machine", "parallaxes", "images"] = "machine",
+    transformation: Literal["affine", "helmert", "rigid", "helmert_3d"] | None = None,
+    n_check: int = 0,
+    title: str | None = None,
+) -> SimulatedBlock:
+    """Simulate the block that a plan would give, to try it.
+
+    Photographs, models, control and errors are those of the plan, over its area and on
+    its ground, with points as close as planned. What :func:`densify` computes from it
+    is comparable with what the plan expects.
+
+    Parameters
+    ----------
+    plan : FlightDesign, ExpectedPrecision, AreaPlan or Series
+        A design, what :func:`expect_precision` or :func:`plan_area` gives, or a row of
+        ``plans`` of :func:`find_plans`.
+    frame : PlanFrame, optional
+        That of the search, with a row of it.
+    seed : int
+        Of the errors: the same seed gives the same block, another one the same points,
+        models and control with other errors.
+    noise : BlockNoise, optional
+        Instead of the errors of the plan: larger ones, or gross errors.
+    measurement : {"machine", "parallaxes", "images"}
+        What the tables hold, as in :class:`BlockGeometry`.
+    transformation : {"affine", "helmert", "rigid", "helmert_3d"}, optional
+        How the models are fitted; as planned where left out.
+    n_check : int
+        How many new points have given coordinates too, in the role ``check``.
+    title : str, optional
+        Name of the block; camera, scales and spacing where left out.
+
+    Returns
+    -------
+    SimulatedBlock
+        With ``truth``: point_id, easting, northing [, height].
+
+    Raises
+    ------
+    EinschaltError
+        It is no plan, or a value is not sensible.
+
+    Examples
+    --------
+    >>> import einschalt as es
+    >>> design = es.FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    >>> expected = es.expect_precision(design)
+    >>> result = es.densify(es.simulate_plan(expected, seed=1))
+    >>> bool(abs(result.figures.mean_total / expected.figures.mean - 1.0) < 0.05)
+    True
+    """
+    # imported when a plan is tried: propagation and areas take their time
+    from einschalt.pipeline.planning.area import simulated_plan  # noqa: PLC0415
+
+    changes = {"measurement": measurement, "n_check": n_check}
+    if transformation is not None:
+        changes["transformation"] = transformation
+    given = {"frame": frame, "seed": seed, "noise": noise, "title": title}
+    block = simulated_plan.simulate_plan(plan, **given, **changes)
     return SimulatedBlock(**checked.plain_fields(block))

@@ -199,6 +199,7 @@ SOUND = (
     "plan --scale-number 6000,8000 --terrain terrain.csv",
     f"simulate --preset demo {OUT}",
     f"simulate --preset demo --repeat 2 --workers 1 {OUT}",
+    f"simulate --camera dmc_3 --spacing 300 --title 1 {OUT}",
     f"transform old.csv ground.csv {OUT}",
     f"transform models.csv ground.csv {OUT}",
     (
@@ -315,6 +316,10 @@ WRONG = (
     f"simulate --preset demo --width -3 {OUT}",
     f"simulate --preset demo --n-check 10000 {OUT}",
     f"simulate --preset demo --forward-overlap 0,99 {OUT}",
+    f"simulate --preset demo --camera dmc_3 {OUT}",
+    f"simulate --row 2 {OUT}",
+    f"simulate --plan no_where {OUT}",
+    f"simulate --plan ground.csv {OUT}",
     "simulate --preset demo --output block",
     "simulate --preset demo --output for_eign",
     "simulate",
@@ -380,6 +385,17 @@ def test_batches_that_go_on_are_told_in_german_alone(in_both_languages, invoke):
 
     for mode in ("--dry-run", ""):
         assert_german(in_both_languages(f"batch the_blocks {OUT} {mode}", computed))
+
+
+@pytest.mark.parametrize("more", ["", "--repeat 2 --workers 1", "--row 0"])
+@pytest.mark.usefixtures("in_this_process")
+def test_plans_that_are_tried_are_told_in_german_alone(more, in_both_languages, invoke):
+    def planned(desk):
+        size = ("--width", 4000, "--height", 4000, "--output", desk / "a_plan")
+        invoke("plan", "--expect", "--scale", 8000, "--spacing", 300, *size)
+
+    words = f"simulate --plan a_plan --title 1 {OUT} {more}"
+    assert_german(in_both_languages(words, planned))
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")

@@ -117,11 +117,36 @@ def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
 
 def test_a_wish_that_cannot_be_met_is_answered(invoke):
     shown = invoke("plan", "--target", 0.002, "--scale", 8000, "--spacing", 300)
-    assert shown.exit_code == 0
+    assert shown.exit_code == 1  # the search is done, its target is not reached
     said = " ".join(shown.stdout.split())
     assert "No plan of 54 reaches 2.0 mm" in said
     assert said.startswith("No plan is recommended")
     assert "It is limited by" in said
+
+
+def test_programs_are_told_why_no_plan_is_recommended(invoke):
+    asked = ("--target", 0.002, "--scale", 8000, "--spacing", 300, "--json")
+    shown = invoke("plan", *asked)
+    told = json.loads(shown.stdout)
+    assert told["status"] == shown.exit_code == 1
+    (problem,) = told["problems"]
+    assert problem["found"].startswith("no plan is recommended: the nearest comes to 2")
+    assert problem["expected"] == "at most 2.0 mm"
+    assert problem["remedy"].startswith("Survey the control better")
+    assert told["figures"]["is_recommended"] is False
+    assert told["figures"]["target"] == 0.002
+    refused = invoke("plan", "--target", 0.05, "--scale", 8000, "--spacing", 3000)
+    assert refused.exit_code == 2
+
+
+def test_programs_are_told_what_a_layout_is_worth(invoke):
+    asked = ("--scale", 8000, "--spacing", 300, "--width", 4000, "--height", 4000)
+    told = json.loads(invoke("plan", "--expect", *asked, "--json").stdout)["figures"]
+    assert told["question"] == "expect"
+    assert (told["scale_number"], told["high_scale_number"]) == (8000, 15000)
+    parts = [told[f"from_{name}"] for name in ("control", "high_flight", "low_flight")]
+    assert told["mean"] == pytest.approx(np.sqrt(np.sum(np.square(parts))), rel=1e-6)
+    assert told["n_new"] + told["n_control"] == 169
 
 
 def test_a_layout_is_expected(invoke, tmp_path):
@@ -228,12 +253,12 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
     monkeypatch.setattr("einschalt.interfaces.cli.plan_layouts.check_plans", fail)
     asked = ("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000)
     shown = invoke(*asked, "--output", tmp_path / "plan")
-    assert shown.exit_code == 0, shown.stderr
+    assert shown.exit_code == 1, shown.stderr
     assert "cannot be laid out: too few points. Take more." in shown.stdout
     assert (tmp_path / "plan" / "plans.png").exists()
 
     shown = invoke(*asked, "--json")
-    assert shown.exit_code == 0, shown.stderr
+    assert shown.exit_code == 1, shown.stderr
     told = json.loads(shown.stdout)
     assert told["figures"]["scale_number"] == 8000
     assert told["figures"]["is_recommended"] is False

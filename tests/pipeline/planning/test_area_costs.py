@@ -40,7 +40,7 @@ def test_the_estimate_is_what_layouts_over_the_area_take(area):
     layouts = ["scale_number", "high_scale_number", "control_per_model", "n_coverages"]
     ratios = []
     for _, plan in found.drop_duplicates(layouts).head(8).iterrows():
-        design = recommended._over(area, design_of(plan, frame), np.inf)
+        design = recommended.design_over(area, design_of(plan, frame), np.inf)
         flown = flight_plan(lay_out(area, design), plan, frame)
         of_item = flown.effort.set_index("item")["amount"] / area.square_km
         costs = plan["cost"], flown.cost / area.square_km

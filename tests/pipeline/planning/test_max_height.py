@@ -54,7 +54,9 @@ def heights_of(terrain):
 def laid_out():
     found, frame = recommended.search_over(0.05, AREA, CHOICES, FRAME)
     plan = found.plans.iloc[0]
-    layout = lay_out(AREA, recommended._over(AREA, design_of(plan, frame), np.inf))
+    layout = lay_out(
+        AREA, recommended.design_over(AREA, design_of(plan, frame), np.inf)
+    )
     return layout, plan, frame
 
 

@@ -9,6 +9,7 @@ from einschalt.pipeline.batch.local_engine import Answer, LocalEngine
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.repetitions import (
     Experiment,
+    chance_of_error,
     repeat_simulation,
     summarize_repetitions,
 )
@@ -69,3 +70,38 @@ def test_summary(table):
 def test_number_of_repetitions(number):
     with pytest.raises(SettingsError, match=r"n_repetitions = .*a whole number from 1"):
         repeat_simulation(Experiment("demo"), number, HereEngine())
+
+
+def test_chance_is_that_of_errors_that_points_share(good_result):
+    """By all covariances, of which the figure draws some."""
+    errors = good_result.solution.errors
+    points = good_result.solution.points
+    new = np.flatnonzero((points["role"] == "new").to_numpy())
+    pairs = np.stack(np.meshgrid(new, new, indexing="ij"), axis=-1).reshape(-1, 2)
+    of_pairs = errors.covariance_at(pairs)
+    whole = np.block(
+        [[of_pairs[i * len(new) + j] for j in range(len(new))] for i in range(len(new))]
+    )
+    drawn = np.random.default_rng(1).standard_normal((len(whole), 4000))
+    values, vectors = np.linalg.eigh(whole)
+    error = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * drawn)
+    rms = np.sqrt((error**2).sum(axis=0) / len(new))
+    chance = chance_of_error(good_result)
+    # 4000 draws are known to 2 %; the figure is of first order, and of pairs drawn
+    assert chance == pytest.approx(rms.std(), rel=0.1)
+    independent = np.sqrt(np.mean(rms**2)) / np.sqrt(4.0 * len(new))
+    assert chance > 1.5 * independent
+
+
+def test_blocks_of_a_source_are_repeated_in_place_of_a_preset():
+    made = []
+
+    def source(seed):
+        made.append(seed)
+        return simulate_block("demo", seed=seed, title="Own")
+
+    table = repeat_simulation(Experiment(source=source), 2, HereEngine(), first_seed=4)
+    assert sorted(made) == [4, 5] == list(table["seed"])
+    lines = summarize_repetitions(table, planned=0.0345).splitlines()
+    assert lines[1].split() == ["planned", "3.5", "cm"]
+    assert lines[2].startswith("  true error")

@@ -314,3 +314,27 @@ def test_whole_floats_and_numpy_integers_are_seeds():
     expected = simulate_block("demo", seed=2).truth
     for seed in (2.0, np.int64(2)):
         pd.testing.assert_frame_equal(simulate_block("demo", seed=seed).truth, expected)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"n_check": 5, "measurement": "parallaxes"}, "Demo (simulated)"),
+        ({"point_spacing": 200.0}, "1:8000 and 1:15000, 200 m (simulated)"),
+        ({"low_scale_number": 9e3}, "1:9000 and 1:15000, 300 m (simulated)"),
+        ({"principal_distance": 0.2}, "1:8000 and 1:15000, 300 m (simulated)"),
+    ],
+)
+def test_titles_say_what_was_simulated(changes, name):
+    geometry = replace(PRESETS["demo"].geometry, **changes)
+    assert simulate_block("demo", geometry=geometry).name == name
+    assert simulate_block("demo", geometry=geometry, title="Own").name == "Own"
+
+
+def test_a_block_without_a_system_lies_on_a_flat_earth():
+    geometry = replace(PRESETS["demo"].geometry, crs=None)
+    block = simulate_block("demo", geometry=geometry)
+    assert block.crs is None
+    assert block.name == "1:8000 and 1:15000, 300 m (simulated)"
+    with_heights = replace(geometry, transformation="helmert_3d")
+    assert "height" in simulate_block("demo", geometry=with_heights).truth

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
+import pandas as pd
 import shapely
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
@@ -16,8 +17,10 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.layout import FLIGHTS, lay_out
 from einschalt.pipeline.planning.area.recommended import propagate
+from einschalt.pipeline.planning.area.simulated_plan import PlannedBlock
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.simulation.repetitions import true_errors
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 
 WITHIN_3_PERCENT = {"low": 0.97, "high": 1.03}
@@ -79,27 +82,25 @@ def true_squares(name, seed, n_flights=TOGETHER):
     is quicker. With the default settings, as users densify theirs.
     """
     layout = plan_of(name)
-    n_points = len(layout.position)
-    oriented = {flight: layout.oriented(flight) for flight in FLIGHTS}
+    flown = PlannedBlock(layout.design, np.nan, layout.area).flown
+    n_points = len(flown.position)
     scene = scene_of_layouts(
         {
-            flight: _repeated(oriented[flight], n_points, n_flights)
+            flight: _repeated(flown.flights[flight], n_points, n_flights)
             for flight in FLIGHTS
         },
-        np.tile(layout.position, (n_flights, 1)),
-        np.tile(layout.is_control, n_flights),
-        geometry=layout.geometry,
+        np.tile(flown.position, (n_flights, 1)),
+        np.tile(flown.is_control, n_flights),
+        geometry=flown.geometry,
         noise=layout.design.noise(),
         seed=seed,
     )
     block = scene.measured("Planned (simulated)")
     points = densify(block).solution.points
     new = points[points["role"] == "new"]
-    true = block.truth.set_index("point_id")
-    plane = ["easting", "northing"]
-    error = new[plane].to_numpy() - true.loc[new["point_id"], plane].to_numpy()
-    flight = true.index.get_indexer(new["point_id"]) // n_points
-    square = (error**2).sum(axis=1)
+    names = pd.Index(block.truth["point_id"])
+    flight = names.get_indexer(new["point_id"]) // n_points
+    square = (true_errors(new, block.truth) ** 2).sum(axis=1)
     return np.bincount(flight, square) / np.bincount(flight)
 
 

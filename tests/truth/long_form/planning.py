@@ -16,6 +16,7 @@ from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.effort import flights_of
 from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
 from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.simulation.repetitions import true_errors
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.planning.expected_precision import expected_parts
 
@@ -140,19 +141,16 @@ def true_squares(name, seed) -> Squares:
     design = DESIGNS[name]
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
     result = densify(block)
-    true = block.truth.set_index("point_id")
     points = result.solution.points  # not judged: only their places count
     new = points[points["role"] == "new"]
     values = result.single_values
-    zones, of_values = zones_of(values), _squares(values, true)
+    zones, of_values = zones_of(values), _squares(values, block.truth)
     return Squares(
-        float(_squares(new, true).mean()),
+        float(_squares(new, block.truth).mean()),
         float(of_values[zones["edge"]].mean()),
         float(of_values[zones["centre"]].mean()),
     )
 
 
-def _squares(points, true):
-    names = ["easting", "northing"]
-    error = points[names].to_numpy() - true.loc[points["point_id"], names].to_numpy()
-    return (error**2).sum(axis=1)
+def _squares(points, truth):
+    return (true_errors(points, truth) ** 2).sum(axis=1)

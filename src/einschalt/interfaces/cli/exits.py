@@ -30,6 +30,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 
+UNREACHED = 1  # the work is done, and no plan reaches what was asked for
 WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130

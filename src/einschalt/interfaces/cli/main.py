@@ -168,9 +168,9 @@ def einschalt(
     """Photogrammetric densification of control points, with honest precision.
 
     Exit status: 0 when the work was done (failed models are reported), 1 when a batch
-    has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
-    something contradicts the stated precision, 130 when interrupted, 128 plus the
-    number of the signal when another signal ends it.
+    has failed blocks or no plan reaches its target, 2 when the input or the call is
+    wrong, 3 with --strict when something contradicts the stated precision, 130 when
+    interrupted, 128 plus the number of the signal when another signal ends it.
 
     Options for lengths accept units, as in --spacing 250m or --target 5cm; a number
     alone has the unit that the option names. With --json a command prints one JSON

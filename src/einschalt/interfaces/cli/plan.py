@@ -209,5 +209,9 @@ def plan(
 
     With --target it finds the cheapest flights that reach a precision; with --expect it
     predicts the precision of one block, including errors that its points share; with
-    --terrain it also reports dangerous surfaces.
+    --terrain it also reports dangerous surfaces. simulate --plan FOLDER tries what
+    --output has written into a folder.
+
+    Exit status: 0 when the work was done, 1 when no plan reaches the target, 2 when the
+    input or the call is wrong, 130 when interrupted.
     """

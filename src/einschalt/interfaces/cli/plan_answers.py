@@ -7,6 +7,7 @@ pandas or numba along.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.pipeline.planning.precision_table import (
     best_columns,
@@ -33,6 +34,10 @@ class Answer:
     headline: dict | None = None
     # writes further files into the folder of the answer
     files: Callable | None = None
+    # gives the planned block and the frame of its search, for plan.json
+    planned: Callable | None = None
+    # why no plan is recommended; the search is then done, and its question is not
+    problem: EinschaltError | None = None
 
 
 def tables(asked: Asked) -> Answer:

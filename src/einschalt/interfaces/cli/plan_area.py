@@ -6,6 +6,7 @@ from einschalt.interfaces.cli.plan_layouts import (
     figures_of,
     frame_of,
     headline_of,
+    problem_of,
     said_of_frame,
     scales_of,
     tables_of_layout,
@@ -15,6 +16,7 @@ from einschalt.interfaces.cli.progress import late_progress
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.pipeline.planning.area.recommended import plan_area, search_over
+from einschalt.pipeline.planning.area.simulated_plan import planned_block
 
 
 def over_area(asked: Asked) -> Answer:
@@ -43,9 +45,38 @@ def over_area(asked: Asked) -> Answer:
         lambda: _tables_of(plan),
         lambda: figures_of(plan.search, plan.checked),
         scales_of(plan.checked.plan),
-        headline={**headline_of(plan.checked), "cost_of_area": plan.flown.cost},
+        headline={**headline_of(plan.checked), **_of_area(plan)},
         files=lambda folder: _write_maps(plan, folder),
+        planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
+        problem=problem_of(plan.checked),
     )
+
+
+def _name_of(asked):
+    """Name of the area: that of its layer, or of its file."""
+    return asked["area_layer"] or asked["area"].stem
+
+
+def _of_area(plan):
+    """What the whole area takes, for programs; the row of the plan is for each km²."""
+    flown, area = plan.flown, plan.area
+    amounts = dict(zip(flown.effort["item"], flown.effort["amount"], strict=True))
+    other = plan.next_flown
+    return {
+        "totals": {
+            "area_km2": area.square_km,
+            "photographs": amounts["image"],
+            "models": amounts["model"],
+            "pointings": amounts["setting"],
+            "control_points": amounts["control_point"],
+            "flight_lines": len(flown.flight_lines),
+            "length_of_lines": flown.flight_lines["length"].sum(),
+            "cost": flown.cost,
+        },
+        "effort": flown.effort.to_dict("records"),
+        "cost_of_area": flown.cost,
+        "next_cost_of_area": None if other is None else other.cost,
+    }
 
 
 def _tables_of(plan):

@@ -3,20 +3,27 @@
 import math
 from dataclasses import replace
 
-from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.language import figure, mark, mark_each, translated
+from einschalt.foundations.errors import EinschaltError, GeometryError
+from einschalt.foundations.language import (
+    figure,
+    in_english,
+    mark,
+    mark_each,
+    translated,
+)
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, wrapped
-from einschalt.interfaces.cli.outcome import report_problems
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
+from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.arguments import RANGES
 from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.effort import describe_effort
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+from einschalt.pipeline.planning.text import REMEDIES
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
@@ -47,11 +54,11 @@ def search(asked: Asked) -> Answer:
         message = mark("No plan is recommended: the best cannot be laid out: {reason}")
         said = wrapped(translated(message, reason=told(error)), indent="  ")
         tables, scales = {"plans": found.plans}, scales_of(found.nearest)
-        report_problems(error)
         return Answer(
             *(f"{said}\n\n{found.summary()}", lambda: tables),
             *(lambda: _figure_of(found), scales),
             headline=_headline(found.nearest, None, is_recommended=False),
+            problem=error,
         )
 
     parts = [
@@ -65,6 +72,8 @@ def search(asked: Asked) -> Answer:
         lambda: figures_of(found, checked, _without_shift(checked.expected)),
         scales_of(checked.plan),
         headline=headline_of(checked),
+        planned=lambda: (planned_block(checked), frame),
+        problem=problem_of(checked),
     )
 
 
@@ -79,7 +88,42 @@ def figures_of(found, checked, unshifted=None):
 
 def headline_of(checked):
     """Row of the plan that was checked, for programs, and whether it holds."""
-    return _headline(checked.plan, checked.reached, is_recommended=checked.is_kept)
+    headline = _headline(checked.plan, checked.reached, is_recommended=checked.is_kept)
+    return headline | {
+        "target": checked.target,
+        "expected_on_layout": expected_figures(checked.expected),
+        "next_best": None if checked.next_best is None else _next_best(checked),
+    }
+
+
+def _next_best(checked):
+    other = checked.next_best
+    return _headline(other.plan, other.reached, is_recommended=other.is_kept)
+
+
+def expected_figures(expected):
+    """What a layout is expected to give, for programs [m, TOTAL]."""
+    return {
+        **vars(expected.figures),
+        **{f"from_{source}": size for source, size in expected.parts.items()},
+        "n_new": int((expected.points["role"] == "new").sum()),
+        "n_control": expected.n_control,
+        "n_high_models": expected.n_high_models,
+        "n_low_models": expected.n_low_models,
+    }
+
+
+@in_english
+def problem_of(checked):
+    """Say for programs that the nearest plan misses the target; None where it holds."""
+    if checked.is_kept:
+        return None
+    return GeometryError(
+        f"no plan is recommended: the nearest comes to {length(checked.reached)} on "
+        "its layout",
+        expected=f"at most {length(checked.target)}",
+        remedy=REMEDIES[checked.plan["limited_by"]],
+    )
 
 
 def _headline(plan, reached, *, is_recommended):
@@ -205,7 +249,16 @@ def layout(asked: Asked) -> Answer:
         lambda: tables_of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
         [expected.design.scale_number, expected.design.scale_of_high_flight],
+        headline={**_asked_design(expected.design), **expected_figures(expected)},
+        planned=lambda: (planned_block(expected), None),
     )
+
+
+def _asked_design(design):
+    """The flights of a layout, for programs."""
+    names = ("scale_number", "spacing", "m_g_um", "n_coverages", "control_per_model")
+    asked = {name: getattr(design, name) for name in names}
+    return asked | {"high_scale_number": design.scale_of_high_flight}
 
 
 def _design_of(asked):

@@ -95,13 +95,9 @@ def _number(option, text, expected=NUMBERS):
 def flight_of(options) -> PlannedFlight:
     """Put a camera and what was given in its place [mm] together, and check them."""
     preset = CAMERAS[options["camera"]]
-    sides, distance = preset.image_format, preset.principal_distance
-    if options["image_format"] is not None:
-        texts = options["image_format"].lower().replace("×", "x").split("x")
-        given_mm = [_number("--image-format", text, SIDES) for text in texts]
-        sides = [_in_metres("image_format", side) for side in given_mm]
-    if options["principal_distance"] is not None:
-        distance = _in_metres("principal_distance", options["principal_distance"])
+    sides, distance = sides_and_distance(options)
+    sides = preset.image_format if sides is None else sides
+    distance = preset.principal_distance if distance is None else distance
     overlaps = [
         getattr(preset, name) if options[name] is None else options[name]
         for name in ("forward_overlap", "side_overlap")
@@ -111,6 +107,18 @@ def flight_of(options) -> PlannedFlight:
         planned_model(options["kind"], options["edge"], sides, *overlaps),
         checked_number("principal_distance", distance),
     )
+
+
+def sides_and_distance(options):
+    """Sides of the image and principal distance [m], None where not given."""
+    sides = distance = None
+    if options["image_format"] is not None:
+        texts = options["image_format"].lower().replace("×", "x").split("x")
+        given_mm = [_number("--image-format", text, SIDES) for text in texts]
+        sides = [_in_metres("image_format", side) for side in given_mm]
+    if options["principal_distance"] is not None:
+        distance = _in_metres("principal_distance", options["principal_distance"])
+    return sides, distance
 
 
 def _in_metres(name, length_mm):

@@ -108,8 +108,8 @@ class BlockGeometry:
         A model with fewer points is not measured.
     centre_easting, centre_northing : float
         Centre of the area [m]; by default Neukirchen an der Vöckla.
-    crs : str
-        System of the ground coordinates.
+    crs : str, optional
+        System of the ground coordinates; None is a plane of its own, on a flat Earth.
     mean_height, relief : float
         Mean height of the terrain, and the standard deviation of its smooth waves [m].
         Machine coordinates come from an orthogonal model, which relief does not bend;
@@ -162,7 +162,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     least_points_per_model: int = 6
     centre_easting: float = 15_100.0
     centre_northing: float = 321_900.0
-    crs: str = "EPSG:31255"
+    crs: str | None = "EPSG:31255"
     mean_height: float = 520.0
     relief: float = 30.0
     measurement: str = "machine"
@@ -263,7 +263,8 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
                     expected=" or ".join(str(choice) for choice in allowed),
                 )
         try:
-            read_crs(self.crs)
+            if self.crs is not None:
+                read_crs(self.crs)
         except ProjectionError as error:
             yield error
 

@@ -175,6 +175,9 @@ class FlightLayout:
     # model, point: (n_rows,): which model holds which point, sorted by model
     model: np.ndarray
     point: np.ndarray
+    # of each coverage the altitudes of its raster's images, NaN where none is taken;
+    # None where all fly at the height of the image scale above the mean ground [m]
+    altitudes: tuple[np.ndarray, ...] | None = None
 
     @property
     def n_models(self):
@@ -192,6 +195,23 @@ class FlightLayout:
         names = [raster.names() for raster in self.rasters]
         start = np.cumsum([0, *(len(part) for part in names)])
         return np.concatenate(names)[start[self.coverage] + self.place]
+
+    @property
+    def image_places(self):
+        """Places of each model's two images in ``images()`` of its raster, (n, 2)."""
+        n_along = np.array([raster.shape[0] for raster in self.rasters])[self.coverage]
+        strip, along = np.divmod(self.place, n_along)
+        left = strip * (n_along + 1) + along
+        return np.column_stack([left, left + 1])
+
+    def camera_altitude(self, geometry):
+        """Mean altitude of each model's two cameras, (n_models,) [m]."""
+        if self.altitudes is None:
+            usual = geometry.flying_height(self.scale_number)
+            return np.full(self.n_models, usual)
+        start = np.cumsum([0, *(len(part) for part in self.altitudes)])
+        places = start[self.coverage][:, None] + self.image_places
+        return np.concatenate(self.altitudes)[places].mean(axis=1)
 
     @property
     def direction(self):

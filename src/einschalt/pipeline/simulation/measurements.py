@@ -39,7 +39,7 @@ class Ground:
     point_id: np.ndarray  # (n_points,)
     # (n_points, 2): easting, northing from the centre of the area [m]
     position: np.ndarray
-    terrain: Terrain
+    terrain: Terrain  # or another with ``height(position)``
     # (n_points, 3), of models on the curved Earth: Cartesian ones from the centre
     # of the area and heights above zero [m]; None where the map is the ground
     cartesian: np.ndarray | None = None
@@ -63,6 +63,32 @@ class FlightToMeasure:
     # setting (of machine), measurement, gross, height, orientation, deformation
     streams: dict[str, np.random.Generator]
 
+    @property
+    def laid_out_for(self):
+        """Height of the ground for which each model has the scale, (n_models,) [m].
+
+        Only cameras with altitudes of their own fly above other ground than the mean.
+        """
+        geometry, layout = self.geometry, self.layout
+        if layout.altitudes is None:
+            return np.full(layout.n_models, geometry.mean_height)
+        nominal = geometry.principal_distance * layout.scale_number
+        return layout.camera_altitude(geometry) - nominal
+
+    @property
+    def enlarged(self):
+        """How much larger errors are in the model than in the image: by its depth.
+
+        1 where all cameras fly at one height: then the model is orthogonal.
+        """
+        if self.layout.altitudes is None:
+            return 1.0
+        layout = self.layout
+        height = self.ground.terrain.height(self.ground.position[layout.point])
+        above = height - self.laid_out_for[layout.model]
+        nominal = self.geometry.principal_distance * layout.scale_number
+        return 1.0 - above / nominal
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlight:
@@ -80,7 +106,7 @@ def measure_in_machine(flight) -> MeasuredFlight:
     Model points x, y, and z with spatial models.
     """
     true = _in_model(flight)
-    plane = _measure(flight, true)
+    plane = _measure(flight, true, flight.enlarged)
     turned, offset = _set_up(flight, plane.values)
     xyz = np.column_stack([turned, _measured_height(flight, true)])
     names = _names_of_rows(flight)
@@ -92,7 +118,8 @@ def measure_in_machine(flight) -> MeasuredFlight:
 
 def measure_plane_in_machine(flight):
     """x, y of :func:`measure_in_machine` as an array, (n_rows, 2) [mm]."""
-    turned, offset = _set_up(flight, _measure(flight, _in_model(flight)).values)
+    plane = _measure(flight, _in_model(flight), flight.enlarged)
+    turned, offset = _set_up(flight, plane.values)
     return (turned + offset[:, :2]) / METRES_PER_MM
 
 
@@ -121,7 +148,7 @@ def measure_parallaxes(flight) -> MeasuredFlight:
     drawn = flight.streams["orientation"].standard_normal((layout.n_models, 5))
     elements = flight.noise.orientation_error * drawn
     true = _in_model(flight)
-    plane = _measure(flight, true)
+    plane = _measure(flight, true, flight.enlarged)
     measured = np.column_stack([plane.values, _measured_height(flight, true)])
     from_left = measured + _centre_from_left_image(flight.geometry, base)[of_row]
     machine, _ = disturb_model(from_left, base[of_row], elements[of_row], CASE)
@@ -178,17 +205,18 @@ def _in_model(flight):
 
     At image scale [m], shape (n_rows, 3).
     """
-    geometry, layout, ground = flight.geometry, flight.layout, flight.ground
+    layout, ground = flight.layout, flight.ground
     position, height = ground.seen(layout.point)
     away = turn(position - layout.centre[layout.model], -layout.direction[layout.model])
-    above = height - geometry.mean_height
+    above = height - flight.laid_out_for[layout.model]
     return np.column_stack([away, above]) / layout.scale_number
 
 
-def _measure(flight, true):
+def _measure(flight, true, enlarged=1.0):
     streams, noise = flight.streams, flight.noise
     bent = true[:, :2] + deform_models(true[:, :2], noise, streams["deformation"])
-    return measure_in_image_plane(bent, noise, streams["measurement"], streams["gross"])
+    drawn = streams["measurement"], streams["gross"]
+    return measure_in_image_plane(bent, noise, *drawn, enlarged)
 
 
 def _measured_height(flight, true):
@@ -196,6 +224,7 @@ def _measured_height(flight, true):
     layout, noise = flight.layout, flight.noise
     base = layout.base[layout.model] / layout.scale_number
     error = flight.geometry.principal_distance / base * noise.m_g / np.sqrt(2.0)
+    error = error * flight.enlarged**2
     return true[:, 2] + error * flight.streams["height"].standard_normal(len(true))
 
 
@@ -230,7 +259,7 @@ def _standard_points(flight, base):
     from_centre = from_left - _centre_from_left_image(geometry, base)[model, :2]
     away = turn(from_centre, layout.direction[model])
     position = layout.centre[model] + layout.scale_number * away
-    above = flight.ground.terrain.height(position) - geometry.mean_height
+    above = flight.ground.terrain.height(position) - flight.laid_out_for[model]
     depth = geometry.principal_distance - above / layout.scale_number
     return np.column_stack([from_left, -depth])
 
@@ -248,7 +277,10 @@ def _photograph(flight, coverage):
     omega, phi, kappa = geometry.camera_tilt * drawn.T
     turned = rotation_from_angles(omega, phi, raster.direction + kappa)
     position, height = ground.seen(point)
-    depth = geometry.flying_height(layout.scale_number) - height
+    altitude = geometry.flying_height(layout.scale_number)
+    if layout.altitudes is not None:
+        altitude = layout.altitudes[coverage][image]
+    depth = altitude - height
     ray = np.column_stack([position - centres[image], -depth])
     in_image = np.einsum("nij,nj->ni", turned[image], ray)
     xy = -geometry.principal_distance * in_image[:, :2] / in_image[:, 2:]

@@ -131,18 +131,21 @@ class Disturbed:
     is_gross: np.ndarray  # (n,)
 
 
-def measure_in_image_plane(xy, noise, rng, gross_rng) -> Disturbed:
+def measure_in_image_plane(xy, noise, rng, gross_rng, enlarged=1.0) -> Disturbed:
     """Disturb plane coordinates: film, measuring noise, gross errors.
 
     ``xy`` (n, 2) are the true coordinates along and across the strip, image plane [m].
     Two generators, so that gross errors do not change the noise of the other points.
+    Errors are ``enlarged`` so many times, a number or (n,).
     """
+    times = np.reshape(enlarged, (-1, 1))
     film = 1.0 + noise.film_affinity * np.array([0.5, -0.5])
-    measured = xy * film + noise.m_g / np.sqrt(2.0) * rng.standard_normal(xy.shape)
+    drawn = noise.m_g / np.sqrt(2.0) * rng.standard_normal(xy.shape)
+    measured = xy * film + times * drawn
     is_gross = gross_rng.random(len(xy)) < noise.gross_error_share
     direction = gross_rng.uniform(0.0, 2.0 * np.pi, len(xy))
     towards = np.column_stack([np.cos(direction), np.sin(direction)])
-    blunder = noise.gross_error * towards
+    blunder = times * noise.gross_error * towards
     return Disturbed(measured + np.where(is_gross[:, None], blunder, 0.0), is_gross)
 
 

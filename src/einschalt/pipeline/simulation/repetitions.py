@@ -4,6 +4,7 @@ Monte Carlo on an engine: every repetition is a task of its own, with its own se
 that the table is the same for any number of processes, and on a cluster.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ import pandas as pd
 from scipy.stats import chi2
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length, per_cent
 from einschalt.pipeline.batch.local_engine import run_in_order
 from einschalt.pipeline.densify import densify
@@ -21,6 +22,7 @@ from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 CONFIDENCE = 0.95
+PAIRS_DRAWN = 4000
 COLUMNS = [
     *("seed", "n_points", "error_total", "standard_error_total"),
     *("standard_error_paper", "standard_error_internal", "share_in_ellipses"),
@@ -35,6 +37,17 @@ class Experiment:
     geometry: BlockGeometry | None = None
     noise: BlockNoise | None = None
     settings: Settings | None = None  # with which each block is computed
+    # gives the block of a seed, in place of all that; it goes to other processes
+    source: Callable | None = None
+    title: str | None = None  # of the blocks
+
+    def block(self, seed):
+        """Simulate the block of a seed."""
+        if self.source is not None:
+            return self.source(seed)
+        names = ("geometry", "noise", "title")
+        given = {name: getattr(self, name) for name in names}
+        return simulate_block(self.preset, seed=seed, **given)
 
 
 @dataclass(frozen=True)
@@ -68,15 +81,20 @@ def run_repetition(repetition) -> dict:
     A row of :func:`repeat_simulation`.
     """
     asked = repetition.experiment
-    block = simulate_block(
-        asked.preset, seed=repetition.seed, geometry=asked.geometry, noise=asked.noise
-    )
-    result = densify(block, asked.settings)
+    block = asked.block(repetition.seed)
+    return claim_and_truth(block, densify(block, asked.settings))
+
+
+def claim_and_truth(block, result) -> dict:
+    """Set what is claimed of a simulated block's new points against the truth.
+
+    A row of :func:`repeat_simulation`.
+    """
     points = result.solution.points  # not judged: the truth is known
     new = points[points["role"] == "new"]
-    error = _true_error(new, block.truth)
+    error = true_errors(new, block.truth)
     return {
-        "seed": repetition.seed,
+        "seed": block.seed,
         "n_points": len(new),
         "error_total": float(np.sqrt(np.mean(np.sum(error**2, axis=1)))),
         "standard_error_total": result.figures.mean_total,
@@ -86,7 +104,33 @@ def run_repetition(repetition) -> dict:
     }
 
 
-def _true_error(points, truth):
+def chance_of_error(result) -> float:
+    """Standard deviation of error_total, the RMS of true errors, by chance [m].
+
+    Points share errors: as many as they are, they tell of few independent ones. By the
+    covariances of pairs that are drawn; NaN where none are propagated.
+
+    Notes
+    -----
+    The variance of the mean square of n normal errors with the covariance C is
+    2 tr(C²)/n².
+    """
+    errors, points = result.solution.errors, result.solution.points
+    new = np.flatnonzero((points["role"] == "new").to_numpy())
+    if errors is None or len(new) < 2:
+        return np.nan
+    drawn = np.random.default_rng(0).integers(len(new), size=(PAIRS_DRAWN, 2))
+    drawn = drawn[drawn[:, 0] != drawn[:, 1]]
+    own = errors.covariance[new][:, :2, :2]
+    between = errors.covariance_at(new[drawn])[:, :2, :2]
+    own_square, square = ((part**2).sum(axis=(1, 2)).mean() for part in (own, between))
+    of_mean = 2.0 * (own_square + (len(new) - 1) * square) / len(new)
+    mean = np.trace(own, axis1=1, axis2=2).mean()
+    return float(np.sqrt(of_mean) / (2.0 * np.sqrt(mean)))
+
+
+def true_errors(points, truth):
+    """Computed less true easting, northing of some points, (n_points, 2) [m]."""
     true = truth.set_index("point_id").loc[points["point_id"]]
     axes = ["easting", "northing"]
     return points[axes].to_numpy() - true[axes].to_numpy()
@@ -106,6 +150,7 @@ def _share_in_ellipses(points, error):
     return float(np.mean(square <= chi2.ppf(CONFIDENCE, df=2)))
 
 
+PLANNED = mark("planned")
 LABELS = mark_each(
     {
         "error_total": "true error",
@@ -116,21 +161,57 @@ LABELS = mark_each(
 )
 
 
-def summarize_repetitions(table) -> str:
-    """Say what is claimed and what is true, over all repetitions."""
+def summarize_repetitions(table, planned=None) -> str:
+    """Say what is claimed and what is true, over all repetitions.
+
+    ``planned``: what a plan expects of them [m].
+    """
     rms = {name: _rms(table[name]) for name in COLUMNS[2:6]}
     share = table["share_in_ellipses"].mean()
     message = mark("{n:repetition|repetitions}, new points (total, RMS)")
     labels = {name: translated(text) for name, text in LABELS.items()}
     width = max(map(len, labels.values()))
     lines = [translated(message, n=len(table))]
-    lines += [
-        f"  {label:<{width}}  {length(rms[name]):>8}" for name, label in labels.items()
-    ]
+    sizes = {name: length(rms[name]) for name in labels}
+    if planned is not None:
+        labels, sizes = (
+            {"planned": first} | rest
+            for first, rest in (
+                (translated(PLANNED), labels),
+                (length(planned), sizes),
+            )
+        )
+        width = max(map(len, labels.values()))
+    lines += [f"  {label:<{width}}  {sizes[name]:>8}" for name, label in labels.items()]
     if np.isfinite(share):
         message = mark("true position within the {level} ellipses: {share}")
         facts = {"level": per_cent(CONFIDENCE), "share": per_cent(share, 1)}
         lines.append(f"  {translated(message, **facts)}")
+    return "\n".join(lines)
+
+
+def describe_trial(planned, row, chance) -> str:
+    """Set what a plan expects beside what its simulated block has come to.
+
+    ``planned`` [m]; ``row`` is one of :func:`claim_and_truth`, ``chance`` what
+    :func:`chance_of_error` gives.
+    """
+    sizes = {
+        translated(PLANNED): planned,
+        translated(LABELS["standard_error_total"]): row["standard_error_total"],
+        translated(LABELS["error_total"]): row["error_total"],
+    }
+    width = max(map(len, sizes))
+    message = mark("Planned and simulated: {n:new point|new points} (total, RMS)")
+    lines = [translated(message, n=row["n_points"])]
+    lines += [
+        f"  {label:<{width}}  {figure(100.0 * size, '.2f'):>6} cm"
+        for label, size in sizes.items()
+    ]
+    if np.isfinite(chance):
+        message = mark("± {size} cm by chance")
+        size = figure(100.0 * chance, ".2f")
+        lines[-1] += f"  ({translated(message, size=size)})"
     return "\n".join(lines)
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice, require_kind
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.projections import read_crs
+from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.foundations.value_ranges import Range
 from einschalt.pipeline.block.block import Block, Flight
@@ -35,6 +35,7 @@ from einschalt.pipeline.simulation.measurements import (
 from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
 from einschalt.stages.bent_map import (
     bends_plane_models,
+    is_of_the_earth,
     straightened,
     straightened_in_plan,
 )
@@ -102,6 +103,7 @@ def simulate_block(
     seed: int = 0,
     geometry: BlockGeometry | None = None,
     noise: BlockNoise | None = None,
+    title: str | None = None,
 ) -> SimulatedBlock:
     """Simulate the two flights of a block over points with known truth.
 
@@ -116,6 +118,9 @@ def simulate_block(
         In place of the preset's.
     noise : BlockNoise, optional
         In place of the preset's.
+    title : str, optional
+        Name of the block; that of the preset, or scales and spacing of a geometry that
+        is not the preset's, where left out.
 
     Returns
     -------
@@ -138,21 +143,49 @@ def simulate_block(
     geometry = chosen.geometry if geometry is None else geometry
     noise = chosen.noise if noise is None else noise
     _require_kinds(geometry=(geometry, BlockGeometry), noise=(noise, BlockNoise))
-    return set_scene(geometry, noise, seed).measured(chosen.title)
+    if title is None:
+        is_other = replace(geometry, **_measured(chosen.geometry)) != chosen.geometry
+        title = title_of(geometry) if is_other else chosen.title
+    return set_scene(geometry, noise, seed).measured(title)
 
 
-def scene_of_layouts(layouts, position, is_control, *, geometry, noise, seed=0):
+def _measured(geometry):
+    """What is measured in a block; another choice leaves it the same block."""
+    names = ("measurement", "transformation", "n_check", "relief", "camera_tilt")
+    return {name: getattr(geometry, name) for name in names}
+
+
+def title_of(geometry, *names):
+    """Name of a block by what was simulated, behind names of an area or a camera.
+
+    >>> title_of(BlockGeometry(), "dmc_3")
+    'dmc_3, 1:8000 and 1:15000, 300 m (simulated)'
+    """
+    low, high = scale(geometry.low_scale_number), scale(geometry.high_scale_number)
+    said = [*filter(None, names), f"{low} and {high}", f"{geometry.point_spacing:g} m"]
+    return f"{', '.join(said)} (simulated)"
+
+
+def scene_of_layouts(
+    *given, geometry, noise, seed=0, terrain=None, point_id=None
+) -> "Scene":
     """Scene of flights that were laid out elsewhere, over points of theirs.
 
-    ``layouts``: a FlightLayout for "high_flight" and one for "low_flight"; ``position``
-    (n_points, 2) from the centre of the area [m]; ``is_control`` (n_points,). The rest
-    of ``geometry`` and ``noise`` is that of :func:`simulate_block`.
+    ``given``: layouts, a FlightLayout for "high_flight" and one for "low_flight";
+    position (n_points, 2) from the centre of the area [m]; is_control (n_points,). The
+    rest of ``geometry`` and ``noise`` is that of :func:`simulate_block`. ``terrain``
+    has ``height(position)``; where it or the names of the points are left out, they are
+    those of any block.
     """
+    layouts, position, is_control = given
     streams = _streams(seed)
-    terrain = shape_terrain(geometry, streams["terrain"])
+    if terrain is None:
+        terrain = shape_terrain(geometry, streams["terrain"])
+    if point_id is None:
+        point_id = name_points(len(position))
     cartesian = _cartesian(geometry, position, terrain)
-    ground = Ground(name_points(len(position)), position, terrain, cartesian)
-    is_check = np.zeros(len(position), dtype=bool)
+    ground = Ground(point_id, position, terrain, cartesian)
+    is_check = _choose_check(geometry, layouts, is_control, streams["check"])
     parts = (geometry, noise, streams, ground, layouts, is_control, is_check)
     return Scene(seed, *parts)
 
@@ -186,6 +219,12 @@ class Scene:
             noise=self.noise,
             seed=int(self.seed),
         )
+
+    def with_noise_of(self, seed) -> "Scene":
+        """The same block, disturbed by the errors of another seed."""
+        drawn = _streams(seed)
+        noise = {name: drawn[name] for name in NOISE_STREAMS}
+        return replace(self, seed=seed, streams={**self.streams, **noise})
 
     def to_measure(self, flight) -> FlightToMeasure:
         """All that the measurement of one flight needs."""
@@ -270,11 +309,11 @@ def _cartesian(geometry, position, terrain):
     if not geometry.has_heights:
         middle = np.array([geometry.centre_easting, geometry.centre_northing])
         points, scale_number = position + middle, geometry.high_scale_number
-        if not bends_plane_models(points, scale_number, crs):
+        if crs is None or not bends_plane_models(points, scale_number, crs):
             return None
         plane = straightened_in_plan(points, middle, crs) - middle
         return np.column_stack([plane, height])
-    if read_crs(crs).is_engineering:
+    if not is_of_the_earth(crs):
         return None
     middle = np.array([geometry.centre_easting, geometry.centre_northing, 0.0])
     points = np.column_stack([position, height]) + middle
@@ -284,6 +323,8 @@ def _cartesian(geometry, position, terrain):
 
 def _choose_check(geometry, layouts, is_control, rng):
     """Draw check points among the new points that both flights hold."""
+    if geometry.n_check == 0:
+        return np.zeros_like(is_control)
     is_held = [np.isin(np.arange(len(is_control)), o.point) for o in layouts.values()]
     new = np.flatnonzero(is_held[0] & is_held[1] & ~is_control)
     if geometry.n_check > len(new):

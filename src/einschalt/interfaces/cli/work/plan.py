@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import typer
+
 from einschalt.foundations.language import mark, translated, written_in
 from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.cli import plan_answers
-from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.cli.exits import UNREACHED, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.plan_values import asked_of
 
@@ -49,6 +51,9 @@ def plan(context, **options):
         _write_figure(answer, figure, place)
         report(figure)
         print_out("\n" + translated("Figure in {figure}", figure=figure))
+    if answer.problem is not None:
+        report_problems(answer.problem)
+        raise typer.Exit(UNREACHED)
 
 
 def _answer(asked):
@@ -110,7 +115,11 @@ def _place(options):
 def _write(answer, output, place):
     """Write one table, or a folder with everything."""
     # imported when something is written: the text needs no pandas
-    from einschalt.interfaces.files import plan_folder, table_output  # noqa: PLC0415
+    from einschalt.interfaces.files import (  # noqa: PLC0415
+        plan_file,
+        plan_folder,
+        table_output,
+    )
     from einschalt.interfaces.files.tables_by_suffix import write_table  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
@@ -124,6 +133,9 @@ def _write(answer, output, place):
         plan_folder.write_plan(new, answer.tables(), figures, answer.text)
         if answer.files is not None:
             answer.files(new)
+        if answer.planned is not None:
+            planned, frame = answer.planned()
+            plan_file.write_plan_file(new, planned, _headline(answer), frame)
 
     table_output.write_tables_of(place, output, write)
 

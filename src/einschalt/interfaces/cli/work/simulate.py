@@ -1,53 +1,51 @@
 """What ``einschalt simulate`` does."""
 
-from dataclasses import replace
-
 from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.progress import late_progress
+from einschalt.interfaces.cli.simulated_design import Asked, asked_of
 from einschalt.interfaces.files.block_writing import require_block_place
 from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.table_output import output_of_question, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import write_table
 from einschalt.interfaces.files.written_files import PROVENANCE
+from einschalt.pipeline.block.block import plain_fields
 from einschalt.pipeline.simulation.repetitions import (
-    Experiment,
+    chance_of_error,
+    claim_and_truth,
+    describe_trial,
     repeat_simulation,
     summarize_repetitions,
 )
-from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 REPETITIONS = "repetitions.csv"
 
 
-def simulate(output, preset, seed, *, repeat, workers, scheduler, overwrite, **values):
+def simulate(
+    output, seed, *, repeat, workers, scheduler, overwrite, compare, **options
+):
     """Write a block, or repetitions of many, with what is given for the preset's."""
     for flight in ("high", "low"):
-        values[f"{flight}_gross_error_share"] = values["gross_errors"]
-        values[f"{flight}_gross_error_um"] = values["gross_error_um"]
-    usual = PRESETS[preset]
-    design = (
-        preset,
-        *(_replaced(part, values) for part in (usual.geometry, usual.noise)),
-    )
-    if repeat is None:
-        _simulate_folder(design, seed, output, overwrite=overwrite)
-    else:
+        options[f"{flight}_gross_error_share"] = options["gross_errors"]
+        options[f"{flight}_gross_error_um"] = options["gross_error_um"]
+    if repeat is not None:
         engine = python_api.chosen_engine(scheduler, workers)
-        _repeat_design(design, repeat, seed, engine, output, overwrite=overwrite)
-
-
-def _replaced(part, values):
-    """Geometry or noise, with those of its fields replaced that were given."""
-    names = [name for name in part.__dataclass_fields__ if values.get(name) is not None]
-    return replace(part, **{name: values[name] for name in names})
-
-
-def _simulate_folder(design, seed, output, *, overwrite):
+        _repeat(asked_of(options), repeat, seed, engine, output, overwrite=overwrite)
+        return
     require_block_place(output, overwrite=overwrite)
-    preset, geometry, noise = design
-    block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
+    asked = asked_of(options)
+    block = _write_block(asked, seed, output, overwrite=overwrite)
+    if asked.planned is not None:
+        report(planned=asked.planned)
+        if compare:
+            _compare(asked.planned, block)
+
+
+def _write_block(asked: Asked, seed, output, *, overwrite):
+    simulated = asked.experiment.block(seed)
+    block = python_api.SimulatedBlock(**plain_fields(simulated))
     block.write(output, overwrite=overwrite)
     report(output, block=block.name, n_points=len(block.truth), seed=seed)
     message = mark("{block}: {n:point|points}, seed {seed}")
@@ -55,18 +53,35 @@ def _simulate_folder(design, seed, output, *, overwrite):
     print_out(translated(message, block=block.name, **facts))
     message = mark("Block in {folder}, true coordinates in {file}")
     print_out(translated(message, folder=output, file=output / "truth.csv"))
+    return block
 
 
-def _repeat_design(design, count, seed, engine, output, *, overwrite):
-    asked = {"simulated": design, "count": count, "seed": seed}
+def _compare(planned, block):
+    """Compute a block as densify does by default, and set its precision beside."""
+    with late_progress() as progress:
+        result = python_api.densify(block, progress=progress)
+    row, chance = claim_and_truth(block, result), chance_of_error(result)
+    report(
+        n_new=row["n_points"],
+        standard_error_total=row["standard_error_total"],
+        error_total=row["error_total"],
+        error_total_by_chance=chance,
+    )
+    print_out("\n" + describe_trial(planned, row, chance))
+
+
+def _repeat(asked: Asked, count, seed, engine, output, *, overwrite):
+    facts = {"simulated": asked.experiment, "count": count, "seed": seed}
     names = (REPETITIONS, PROVENANCE)
-    place = output_of_question("simulate", asked, names, overwrite=overwrite)
+    place = output_of_question("simulate", facts, names, overwrite=overwrite)
     with held_folder(output, place):
-        table = repeat_simulation(Experiment(*design), count, engine, first_seed=seed)
+        table = repeat_simulation(asked.experiment, count, engine, first_seed=seed)
         write_tables_of(
             place, output, lambda new: write_table(table, new / REPETITIONS)
         )
     report(output / REPETITIONS, n_repetitions=len(table))
-    print_out(summarize_repetitions(table))
+    if asked.planned is not None:
+        report(planned=asked.planned)
+    print_out(summarize_repetitions(table, asked.planned))
     file = output / REPETITIONS
     print_out(translated("Every repetition in {file}", file=file))

@@ -75,7 +75,7 @@ def lay_out(area, design, *, seed=0) -> AreaLayout:
     it: near their corners and middles, each point serving as many models as it can.
     GeometryError where the area is smaller than a model, or the models are too many.
     """
-    geometry = _geometry(area, design)
+    geometry = geometry_over(area, design)
     require_size(area, design)
     everywhere = scatter_points(geometry, np.random.default_rng(seed))
     position = everywhere[area.holds(everywhere)]
@@ -92,7 +92,7 @@ def lay_out(area, design, *, seed=0) -> AreaLayout:
     return AreaLayout(area, design, geometry, position, flights, is_control)
 
 
-def _geometry(area, design):
+def geometry_over(area, design):
     """Geometry of the rectangle around the area; its lattice reaches the border."""
     spacing = design.layout_spacing
     longest = (max(side, SHORTEST_SIDE) for side in area.extent)
@@ -176,10 +176,11 @@ def _lay_flight(area, geometry, flight, position):
         model=np.empty(0, dtype=int),
         point=np.empty(0, dtype=int),
     )
-    return _holding(layout, position, half)
+    return holding(layout, position, half)
 
 
-def _holding(layout, position, half):
+def holding(layout, position, half):
+    """Say which models hold which points, ``half`` [m] along and across from them."""
     parts, number_of = [], 0
     for k, raster in enumerate(layout.rasters):
         places = layout.place[layout.coverage == k]

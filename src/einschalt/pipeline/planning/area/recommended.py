@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.area.flight_plan import (
     require_overlap,
     said_of_limit,
 )
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     MOST_MODELS,
@@ -82,6 +83,9 @@ class AreaPlan(Result):
     flown: FlightPlan
     next_flown: FlightPlan | None  # of the next best
     notes: tuple[str, ...]
+    frame: PlanFrame
+    heights: GroundHeights | None
+    follows: bool  # whether photographs follow the ground
 
     @property
     def is_recommended(self) -> bool:
@@ -150,7 +154,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
-        found = _laid_out(area, plan, frame)
+        found = laid_out(area, plan, frame)
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
             _require_densified(found.layout, plan["spacing"])
@@ -184,7 +188,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     part = laid[best.plan.name]
     notes = [*said, *_note_of_part(part), *left_out]
     parts = (area, search, best, layout, part.layout.area, flown, next_flown)
-    return AreaPlan(*parts, tuple(notes))
+    return AreaPlan(*parts, tuple(notes), frame, heights, follows)
 
 
 def _note_of_part(part):
@@ -272,7 +276,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     found = laid[plan.name]
     layout = found.layout
     if found.is_part:
-        layout = lay_out(area, _over(area, design_of(plan, frame), np.inf))
+        layout = lay_out(area, design_over(area, design_of(plan, frame), np.inf))
         _require_densified(layout, plan["spacing"])
     flown = flight_plan(layout, plan, frame, heights, follows=follows)
     said = [
@@ -282,7 +286,7 @@ def _whole(area, plan, laid, frame, heights, follows):
     return layout, flown, [text for text in said if text]
 
 
-def _over(area, design, most_work=MOST_WORK) -> FlightDesign:
+def design_over(area, design, most_work=MOST_WORK) -> FlightDesign:
     """Give a design the extent of an area, and no more points than can be held."""
     length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
     thinnest = float(np.sqrt(length * width / MOST_POINTS))
@@ -295,16 +299,17 @@ def _over(area, design, most_work=MOST_WORK) -> FlightDesign:
     )
 
 
-def _laid_out(area, plan, frame):
+def laid_out(area, plan, frame):
+    """Lay a row of a search out as it is propagated: over an area, or a part of it."""
     usual = design_of(plan, frame)
     require_size(area, usual)
-    design = _over(area, usual)
+    design = design_over(area, usual)
     model = np.prod(design.geometry().usable_model) * design.scale_number**2
     if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
         return _LaidOut(lay_out(area, design), is_part=False)
     # a part as large as the layouts of a search
     part = _part_of(area, usual.extent)
-    return _LaidOut(lay_out(part, _over(part, usual)), is_part=True)
+    return _LaidOut(lay_out(part, design_over(part, usual)), is_part=True)
 
 
 def _part_of(area, extent):

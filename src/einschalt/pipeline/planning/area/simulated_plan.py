@@ -1,0 +1,324 @@
+"""A plan that is tried: the block that would be measured if it were flown.
+
+Photographs, models, control and errors are those of the plan, and points stand as close
+as was planned. What is computed from such a block is comparable with what was expected.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.arguments import described
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import in_english
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.flight_plan import flight_plan
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.area.layout import (
+    FLIGHTS,
+    geometry_over,
+    holding,
+    lay_out,
+)
+from einschalt.pipeline.planning.area.recommended import (
+    AreaPlan,
+    design_over,
+    laid_out,
+    propagate,
+)
+from einschalt.pipeline.planning.cameras import CAMERAS, flown_columns
+from einschalt.pipeline.planning.check import CheckedPlan, design_of
+from einschalt.pipeline.planning.expected_precision import (
+    ExpectedPrecision,
+    propagate_design,
+)
+from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.search import PlanFrame
+from einschalt.pipeline.simulation.layout import name_points, scatter_points, turn
+from einschalt.pipeline.simulation.simulate_block import (
+    SimulatedBlock,
+    scene_of_layouts,
+    set_scene,
+    title_of,
+)
+
+LAYOUT_SEED = 0  # of the points: that with which plans are propagated
+MOST_RELIEF = 0.025  # standard deviation, of the flying height, where none is known
+AS_LONG = 1e-6  # of a length: cameras differ by more
+CHANGES = ("measurement", "transformation", "n_check")
+"""What may be measured otherwise than planned: fields of BlockGeometry."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedBlock:
+    """All of a plan that its simulation needs."""
+
+    design: FlightDesign
+    expected: float  # TOTAL error of the new points [m]
+    area: FlightArea | None = None  # of a flight plan; else a rectangle of its own
+    heights: GroundHeights | None = None  # over the area
+    max_height: float | None = None  # of cameras above ground [m]
+    follows: bool = False  # whether photographs follow the ground
+    name: str = ""  # of the area
+
+    @property
+    def title(self) -> str:
+        """What the simulated block is called."""
+        geometry = replace(self.design, most_work=np.inf).geometry()
+        return title_of(geometry, self.name, camera_of(geometry))
+
+    def simulated(self, seed=0, *, noise=None, title=None, **changes):
+        """Measure the block, with errors of a seed; see :func:`simulate_plan`."""
+        noise = self.design.noise() if noise is None else noise
+        scene = self._scene(noise, changes).with_noise_of(seed)
+        return scene.measured(self.title if title is None else title)
+
+    def _scene(self, noise, changes):
+        design = replace(self.design, most_work=np.inf)
+        if self.area is None:
+            geometry = _as_measured(design.geometry(), changes)
+            return set_scene(geometry, noise, LAYOUT_SEED)
+        flown, geometry = self.flown, _as_measured(self.flown.geometry, changes)
+        return scene_of_layouts(
+            *(flown.flights, flown.position, flown.is_control),
+            geometry=geometry,
+            noise=noise,
+            seed=LAYOUT_SEED,
+            terrain=flown.terrain,
+            point_id=flown.point_id,
+        )
+
+    @cached_property
+    def flown(self) -> "FlownArea":
+        """The area as it is flown, with all points; of a plan over one."""
+        layout = lay_out(self.area, self.design, seed=LAYOUT_SEED)
+        altitudes = terrain = None
+        if self.heights is not None:
+            altitudes = self._altitudes(layout)
+            terrain = SurveyedTerrain(self.heights, _centre(self.area))
+        return _flown(layout, altitudes, terrain)
+
+    def _altitudes(self, layout):
+        """Altitudes of the plan's photographs, as FlightLayout has them."""
+        given = _row_of(self.design), PlanFrame(max_height=self.max_height)
+        flown = flight_plan(layout, *given, self.heights, follows=self.follows)
+        photographs = flown.photographs
+        return {f: _by_image(photographs, layout.flights[f], f) for f in FLIGHTS}
+
+
+def _as_measured(geometry, changes):
+    """Geometry of what is measured otherwise than planned, over gentle ground."""
+    unknown = sorted(set(changes) - set(CHANGES))
+    if unknown:
+        raise SettingsError(
+            f"{unknown[0]} cannot be changed in a plan",
+            expected=", ".join(CHANGES),
+            remedy="Make another plan",
+        )
+    lowest = geometry.principal_distance * geometry.low_scale_number
+    changes.setdefault("relief", min(geometry.relief, MOST_RELIEF * lowest))
+    return replace(geometry, **changes)
+
+
+def camera_of(geometry):
+    """Name of the camera preset that has such images, or ""."""
+    has = geometry.image_format, geometry.across, geometry.principal_distance
+    for name, camera in CAMERAS.items():
+        known = *camera.image_format, camera.principal_distance
+        if np.allclose(has, known, rtol=AS_LONG, atol=0.0):
+            return name
+    return ""
+
+
+def _row_of(design):
+    """What the search for plans knows of a design, as far as photographs need it."""
+    row = {
+        "scale_number": design.scale_number,
+        "high_scale_number": design.scale_of_high_flight,
+        "spacing": design.spacing,
+        "n_settings": 1,
+    }
+    return row | flown_columns(row, design.principal_distance, None)
+
+
+def _by_image(photographs, flown, flight):
+    """Put the altitudes of a table into the places of the rasters' images."""
+    of_flight = photographs[photographs["flight"] == flight]
+    found = []
+    for k, raster in enumerate(flown.rasters):
+        altitudes = np.full(int(np.prod(raster.images().shape)), np.nan)
+        places = np.unique(flown.image_places[flown.coverage == k])
+        is_in = of_flight["coverage"] == str(k + 1)
+        altitudes[places] = of_flight.loc[is_in, "altitude"]
+        found.append(altitudes)
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class SurveyedTerrain:
+    """Terrain of given heights, as the simulation asks for it."""
+
+    heights: GroundHeights
+    centre: np.ndarray  # (2,): easting, northing [m]
+
+    def height(self, position):
+        """Height of the terrain at places (..., 2) from the centre [m]."""
+        ground = np.reshape(position, (-1, 2)) + self.centre
+        return self.heights.straight_below(ground).reshape(np.shape(position)[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class FlownArea:
+    """A layout in easting and northing, with all points that are wanted."""
+
+    geometry: object
+    position: np.ndarray  # (n_points, 2): easting, northing from the centre [m]
+    is_control: np.ndarray  # (n_points,)
+    point_id: np.ndarray  # (n_points,): control as the plan's table names it
+    flights: dict  # the models that can be oriented, FlightLayout by flight
+    terrain: SurveyedTerrain | None
+
+
+def _centre(area):
+    return area.to_ground(np.zeros((1, 2)))[0]
+
+
+def _flown(layout, altitudes, terrain) -> FlownArea:
+    """Turn a layout into easting and northing, its points as close as planned."""
+    area, (east, north) = layout.area, _centre(layout.area)
+    position, is_control = _as_close_as_planned(layout)
+    turned = turn(position, area.direction)
+    ground = None if terrain is None else terrain.height(turned)
+    spacing = min(layout.geometry.point_spacing, layout.design.spacing)
+    geometry = replace(
+        layout.geometry,
+        point_spacing=float(spacing),
+        centre_easting=float(east),
+        centre_northing=float(north),
+        crs=area.crs,
+    )
+    if ground is not None:
+        geometry = replace(geometry, mean_height=float(ground.mean()))
+    flights = {}
+    for flight in FLIGHTS:
+        flown = layout.flights[flight]
+        if altitudes is not None:
+            flown = replace(flown, altitudes=altitudes[flight])
+        flights[flight] = _shown(flown, geometry, position, ground)
+    whole = replace(layout, position=position, flights=flights, is_control=is_control)
+    names = name_points(len(position))
+    names[is_control] = [f"C{k + 1}" for k in range(int(is_control.sum()))]
+    oriented = {f: _turned(whole.oriented(f), area.direction) for f in FLIGHTS}
+    return FlownArea(geometry, turned, is_control, names, oriented, terrain)
+
+
+def _as_close_as_planned(layout):
+    """Local positions of all points; control stays where the plan has set it.
+
+    A plan is propagated with fewer points, where it wants many. Of the others the
+    nearest to a control point gives way to it.
+    """
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
+
+    if layout.geometry.point_spacing <= layout.design.spacing * (1.0 + AS_LONG):
+        return layout.position, layout.is_control
+    area, design = layout.area, replace(layout.design, most_work=np.inf)
+    dense = scatter_points(
+        geometry_over(area, design), np.random.default_rng(LAYOUT_SEED)
+    )
+    dense = dense[area.holds(dense)]
+    control = layout.position[layout.control]
+    nearest = KDTree(dense).query(control)[1]
+    kept = np.delete(dense, np.unique(nearest), axis=0)
+    position = np.concatenate([control, kept])
+    return position, np.arange(len(position)) < len(control)
+
+
+def _shown(flown, geometry, position, ground):
+    """Say which points show in which models, by the ground where it is known."""
+    half = flown.scale_number * np.array(geometry.usable_model) / 2.0
+    if ground is None:
+        return holding(flown, position, half)
+    altitude = flown.camera_altitude(geometry)
+    nominal = geometry.principal_distance * flown.scale_number
+    deepest = (altitude.max() - ground.min()) / nominal
+    found = holding(flown, position, _half_at(deepest, flown, geometry))
+    depth = (altitude[found.model] - ground[found.point]) / nominal
+    away = np.abs(position[found.point] - flown.centre[found.model])
+    is_in = (away <= _half_at(depth[:, None], flown, geometry) + 1e-6).all(axis=1)
+    return replace(found, model=found.model[is_in], point=found.point[is_in])
+
+
+def _half_at(depth, flown, geometry):
+    """Half extents of a model of two images, so many times as deep as planned [m]."""
+    rims = 2.0 * geometry.unusable_rim
+    sides = np.array([geometry.image_format, geometry.across]) - rims
+    base = np.array([geometry.image_base, 0.0])
+    return flown.scale_number * (depth * sides - base) / 2.0
+
+
+def _turned(flown, direction):
+    """Turn the models of a flight to the left, about the centre of the area."""
+    rasters = (replace(r, direction=r.direction + direction) for r in flown.rasters)
+    centre = turn(flown.centre, direction)
+    return replace(flown, rasters=tuple(rasters), centre=centre)
+
+
+def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
+    """Take what a simulation needs out of a plan.
+
+    ``plan`` is an AreaPlan, a FlightDesign, an ExpectedPrecision, a CheckedPlan, or a
+    row of a search, of which ``frame`` tells the camera.
+    """
+    if isinstance(plan, AreaPlan):
+        given = plan.area, plan.heights, plan.frame.max_height, plan.follows
+        expected = plan.checked.expected.figures.mean
+        return PlannedBlock(plan.layout.design, expected, *given, name)
+    if isinstance(plan, CheckedPlan):
+        plan = plan.expected
+    if isinstance(plan, ExpectedPrecision):
+        return PlannedBlock(plan.design, plan.figures.mean, name=name)
+    if isinstance(plan, pd.Series) and isinstance(frame, PlanFrame):
+        plan = design_of(plan, frame)
+    if not isinstance(plan, FlightDesign):
+        raise SettingsError(
+            f"plan is {described(plan)}",
+            expected="a FlightDesign, what expect_precision or plan_area gives, or a "
+            "row of find_plans with its frame",
+            remedy="Write simulate_plan(found.nearest, frame=frame)"
+            if isinstance(plan, pd.Series)
+            else "",
+        )
+    return PlannedBlock(plan, propagate_design(plan).mean, name=name)
+
+
+@in_english
+def another_row(planned, row, frame) -> PlannedBlock:
+    """Take another row of the search that a plan is from, propagated as it would be."""
+    area = planned.area
+    if area is None:
+        return planned_block(row, frame)
+    expected = propagate(laid_out(area, row, frame).layout).mean
+    design = design_over(area, design_of(row, frame), np.inf)
+    return replace(planned, design=design, expected=expected)
+
+
+@in_english
+def simulate_plan(
+    plan, *, frame=None, seed=0, noise=None, title=None, **changes
+) -> SimulatedBlock:
+    """Simulate the block that a plan would give.
+
+    ``plan`` and ``frame`` are those of :func:`planned_block`; ``noise`` stands in place
+    of the plan's errors; ``changes``: measurement, transformation, n_check.
+
+    Examples
+    --------
+    >>> design = FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    >>> simulate_plan(design).name
+    'film_wide, 1:8000 and 1:15000, 300 m (simulated)'
+    """
+    planned = planned_block(plan, frame)
+    return planned.simulated(seed, noise=noise, title=title, **changes)
