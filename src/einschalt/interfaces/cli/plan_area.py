@@ -48,7 +48,7 @@ def over_area(asked: Asked) -> Answer:
         headline={**headline_of(plan.checked), **_of_area(plan)},
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
-        problem=problem_of(plan.checked),
+        problem=problem_of(plan.checked, plan.search),
     )
 
 

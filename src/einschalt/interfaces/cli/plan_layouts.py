@@ -23,7 +23,7 @@ from einschalt.pipeline.planning.effort import describe_effort
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
-from einschalt.pipeline.planning.text import REMEDIES
+from einschalt.pipeline.planning.text import describe_efforts
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
@@ -73,7 +73,7 @@ def search(asked: Asked) -> Answer:
         scales_of(checked.plan),
         headline=headline_of(checked),
         planned=lambda: (planned_block(checked), frame),
-        problem=problem_of(checked),
+        problem=problem_of(checked, found),
     )
 
 
@@ -114,15 +114,17 @@ def expected_figures(expected):
 
 
 @in_english
-def problem_of(checked):
+def problem_of(checked, search):
     """Say for programs that the nearest plan misses the target; None where it holds."""
     if checked.is_kept:
         return None
+    # where the closed estimate knows a plan, it has nothing to add
+    remedy = describe_efforts(search).rstrip(".") or "Allow more choices"
     return GeometryError(
         f"no plan is recommended: the nearest comes to {length(checked.reached)} on "
         "its layout",
         expected=f"at most {length(checked.target)}",
-        remedy=REMEDIES[checked.plan["limited_by"]],
+        remedy=remedy,
     )
 
 

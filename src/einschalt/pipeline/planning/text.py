@@ -318,11 +318,11 @@ def describe_verdict(search) -> str:
     )
     limit = translated(LIMITS[best["limited_by"]])
     limited = translated("It is limited by {limit}.", limit=limit)
-    parts = [nearest, limited, _said_of_efforts(search), f"{describe_heights(best)}."]
+    parts = [nearest, limited, describe_efforts(search), f"{describe_heights(best)}."]
     return " ".join(part for part in parts if part)
 
 
-def _said_of_efforts(search):
+def describe_efforts(search) -> str:
     """Say what helps that was not among the choices; nothing if it was not sought."""
     if search.beyond is None:
         return ""
