@@ -132,7 +132,8 @@ def test_programs_are_told_why_no_plan_is_recommended(invoke):
     (problem,) = told["problems"]
     assert problem["found"].startswith("no plan is recommended: the nearest comes to 2")
     assert problem["expected"] == "at most 2.0 mm"
-    assert problem["remedy"].startswith("Survey the control better")
+    advice = "Not tried, and would help by the closed estimate: 16 pointings each"
+    assert problem["remedy"].startswith(advice)
     assert told["figures"]["is_recommended"] is False
     assert told["figures"]["target"] == 0.002
     refused = invoke("plan", "--target", 0.05, "--scale", 8000, "--spacing", 3000)
