@@ -205,7 +205,15 @@ class _Steps:
             {name: PointOperator.sum_of(found) for name, found in part.items()}
             for part in (through, direct)
         )
-        return cls(PointOperator(one.factors[:n_first], one.axes), through, direct)
+        last = PointOperator(one.factors[:n_first], one.axes).formed()
+        in_row = last.factors[0].nnz / last.shape[0]
+        for name in through.keys() & direct.keys():
+            if all(_numbers_in_row(way) <= in_row for way in direct[name].products):
+                direct[name] = direct[name].formed()
+            else:  # errors of images, which all points of a model depend on anyway
+                direct[name] = _with_one_beginning(chains[name])
+                del through[name]
+        return cls(last, through, direct) if through else cls(None, {}, chains)
 
     def through_parameters(self, pairs, standard_errors, known):
         """What parameters make of the covariances of pairs of points, by the source.
@@ -249,7 +257,7 @@ class _Steps:
         covariances.
         """
         axes = self.last.axes
-        size = axes.size(points_in_a_bundle(self.last.factors[-1], axes))
+        size = axes.size(points_in_a_bundle(self.last.factors[0], axes))
         rows = BundledRows.of(self.last, size)
         met = rows.neighbours(pairs)
         known = KnownParameters() if known is None else known
@@ -262,6 +270,19 @@ class _Steps:
         ways = self.direct[name], self.through[name]
         shared = BundledRows.of(_shared(*ways, standard_errors[name]), rows.size)
         return rows.covariances_with(shared, pairs)
+
+
+def _with_one_beginning(chain):
+    """Form the sum of what products begin with, as far as they do not end alike."""
+    factors = [one.factors for one in chain.products]
+    n_last, least = 0, min(map(len, factors))
+    while n_last < least - 1 and len({id(f[-1 - n_last]) for f in factors}) == 1:
+        n_last += 1
+    if n_last == 0:
+        return chain
+    first = (PointOperator(f[:-n_last], chain.axes) for f in factors)
+    last = PointOperator(factors[0][-n_last:], chain.axes)
+    return PointOperator.sum_of(first).formed() @ last
 
 
 def _n_steps_to_fewer(product):
@@ -330,22 +351,27 @@ def n_ranges(chains, n_points) -> int:
     return max(1, int(-(-numbers // NUMBERS_OF_RANGE)))
 
 
-def _row_size(chain, n_points):
-    """Numbers that a row holds at most on its way through a product, about.
+def _row_size(product, n_points):
+    """Numbers that a row holds at most on its way through a product, about."""
+    widest = max((matrix.shape[1] for matrix in product.factors), default=1)
+    if product.axes.size(n_points) * widest <= NUMBERS_OF_RANGE:
+        return widest  # all of them fit, even full ones
+    return min(UNEVEN * SPARSE_SIZE * _numbers_in_row(product), widest)
+
+
+def _numbers_in_row(product):
+    """Numbers that a row holds at most on its way through a product, on the average.
 
     As the rows of some points show, that lie all over the block.
     """
-    widest = max((matrix.shape[1] for matrix in chain.factors), default=1)
-    if chain.axes.size(n_points) * widest <= NUMBERS_OF_RANGE:
-        return widest  # all of them fit, even full ones
-    n_all = chain.n_points
+    n_all = product.n_points
     sampled = np.unique(np.linspace(0, n_all - 1, min(N_SAMPLED, n_all)).astype(int))
-    rows, largest = selection(sampled, n_all, chain.axes).matrix, 0
-    for matrix in chain.factors:
+    rows, largest = selection(sampled, n_all, product.axes).matrix, 0
+    for matrix in product.factors:
         rows = _filled(_times(rows, matrix))
         is_sparse = sparse.issparse(rows)
-        largest = max(largest, SPARSE_SIZE * rows.nnz if is_sparse else rows.size)
-    return min(UNEVEN * largest / chain.axes.size(len(sampled)), widest)
+        largest = max(largest, rows.nnz if is_sparse else rows.size / SPARSE_SIZE)
+    return largest / product.axes.size(len(sampled))
 
 
 def _rows_of(chains, places):
