@@ -27,7 +27,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 # of this process; what a test starts manages its memory as it does for users
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 if hasattr(ctypes.pythonapi, "mallopt"):
-    ctypes.pythonapi.mallopt(M_MMAP_THRESHOLD, 2**30)
+    ctypes.pythonapi.mallopt(M_MMAP_THRESHOLD, 2**25)
     ctypes.pythonapi.mallopt(M_TRIM_THRESHOLD, 2**31 - 1)
 
 # a run in the background inherits that interruptions are ignored, and would hand it on
