@@ -76,21 +76,28 @@ picture: .venv/installed
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
 
-.venv/installed: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable .
+# pip would compile every module on one core, a third of them the libraries' own tests;
+# what is no Python, as pip does not mind either, is told and left alone
+define install
+	$(BIN)/python -m pip install --quiet --no-compile --editable $(1)
+	-$(BIN)/python -m compileall -q -j 0 -x '/tests?/' .venv/lib
 	touch $@
+endef
+
+.venv/installed: pyproject.toml | .venv/bin/python
+	$(call install,.)
 
 .venv/installed-test: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable ".[test]"
-	touch $@ .venv/installed
+	$(call install,".[test]")
+	touch .venv/installed
 
 .venv/installed-bench: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable ".[test,bench]"
-	touch $@ .venv/installed .venv/installed-test
+	$(call install,".[test,bench]")
+	touch .venv/installed .venv/installed-test
 
 .venv/installed-docs: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable ".[docs]"
-	touch $@ .venv/installed
+	$(call install,".[docs]")
+	touch .venv/installed
 
 # kernels are compiled once, and not by each process that wants them; so are modules,
 # also where the environment says that Python writes none (PYTHONDONTWRITEBYTECODE)

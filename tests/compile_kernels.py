@@ -2,7 +2,8 @@
 
 A process that finds no compiled code compiles it, a minute long, and each worker of a
 batch and each process that runs tests would do it for itself. ``make test`` does it
-before, on two cores: each part uses kernels that the others do not.
+before, on two cores. What both parts need is compiled by the second one, while the
+first one has kernels of its own to compile: it finds the others when it comes to them.
 """
 
 import subprocess
@@ -11,13 +12,20 @@ from concurrent.futures import ThreadPoolExecutor
 
 import einschalt as es
 from einschalt.foundations.batches import n_cores
+from einschalt.stages.stage2_relative_orientation import relative_orientation
 
 
 def orientations():
-    """Relative orientation, and models in space."""
-    for measurement in ("images", "parallaxes"):
-        es.densify(_block(measurement), es.Settings(outliers="snoop"))
-    es.densify(_block("images"), es.Settings(outliers="huber"))
+    """Relative orientation; then models of images, and conformal ones."""
+    blocks = [_block("images"), _block("parallaxes")]
+    for outliers in ("huber", "snoop"):
+        for block in blocks:
+            relative_orientation(block.low_flight, outliers=outliers)
+    for block in blocks:
+        es.densify(block, es.Settings(outliers="snoop"))
+    es.densify(blocks[0], es.Settings(outliers="huber"))
+    # easting and northing as one complex number
+    es.densify(_block("machine", "helmert"), es.Settings(**SIMULTANEOUS))
 
 
 def plane():
@@ -25,8 +33,6 @@ def plane():
     for settings in ({"outliers": "huber"}, {"outliers": "snoop"}, SIMULTANEOUS):
         es.densify(_block("machine"), es.Settings(**settings))
     es.densify(_block("machine"), es.Settings(residual_distribution=SIBSON))
-    # easting and northing as one complex number
-    es.densify(_block("machine", "helmert"), es.Settings(**SIMULTANEOUS))
 
 
 def _block(measurement, kind="affine"):

@@ -1,5 +1,6 @@
 """Computed blocks that several tests look at, and texts to compare with."""
 
+import ctypes
 import gc
 import os
 import signal
@@ -21,6 +22,14 @@ for _variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
 # figures of matplotlib are drawn without a screen
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+# memory that was given back is asked for again by the next block, and each page of it
+# costs as much as what is written there: the C library of Linux keeps it instead. Only
+# of this process; what a test starts manages its memory as it does for users
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
+if hasattr(ctypes.pythonapi, "mallopt"):
+    ctypes.pythonapi.mallopt(M_MMAP_THRESHOLD, 2**25)
+    ctypes.pythonapi.mallopt(M_TRIM_THRESHOLD, 2**31 - 1)
+
 # a run in the background inherits that interruptions are ignored, and would hand it on
 # to the commands that are interrupted here: they would never end
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -37,6 +46,9 @@ def pytest_collection_finish():
     """Keep what thousands of tests are made of out of every search for garbage."""
     gc.collect()
     gc.freeze()
+    # and search when there is something to find: a block of sixty models makes
+    # thousands of things that last, and every 700 of them would begin a search
+    gc.set_threshold(20_000, 20, 20)
 
 
 def timed(result):

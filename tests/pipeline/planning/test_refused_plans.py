@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,6 +40,14 @@ def found():
     return find_plans(TARGET, CHOICES)
 
 
+# what a design comes to does not change, and these tests ask for most of them often
+propagated_once = cache(propagate_design)
+
+
+def propagated(plan):
+    return propagated_once(design_of(plan, FRAME))
+
+
 def layout_of(plan):
     return tuple(plan[list(LAYOUT)])
 
@@ -51,7 +60,7 @@ def test_refused_plans_do_not_use_up_those_that_are_tried(found):
         judged.append(layout_of(plan))
         if layout_of(plan) in bad:
             raise GeometryError("the ground is too high")
-        return propagate_design(design_of(plan, FRAME))
+        return propagated(plan)
 
     checked = check_plans(found, FRAME, judge=judge)
     assert checked.is_kept
@@ -163,14 +172,14 @@ def test_refusals_come_to_an_end(found):
 @pytest.mark.parametrize("target", [TARGET, 0.001])
 def test_a_plan_whose_costs_cannot_be_told_is_dropped(target):
     found = find_plans(target, CHOICES)
-    usual = check_plans(found, FRAME)
+    usual = check_plans(found, FRAME, judge=propagated)
 
     def cost(plan):
         if layout_of(plan) == layout_of(usual.plan):
             raise GeometryError("the ground is too high")
         return plan["cost"]
 
-    checked = check_plans(found, FRAME, cost=cost)
+    checked = check_plans(found, FRAME, judge=propagated, cost=cost)
     assert checked.is_kept == usual.is_kept == (target == TARGET)
     assert layout_of(checked.plan) != layout_of(usual.plan)
     assert any("the ground is too high" in text for text in checked.dropped)
@@ -195,7 +204,7 @@ def test_of_plans_that_miss_the_nearest_whose_costs_can_be_told_is_given():
 
 def _too_bad(plan):
     """Whatever it is, it is measured so badly that it misses."""
-    return propagate_design(replace(design_of(plan, FRAME), m_g_um=60.0))
+    return propagated_once(replace(design_of(plan, FRAME), m_g_um=60.0))
 
 
 def _never(plan):
