@@ -76,8 +76,10 @@ def test_degrees_are_brought_into_utm_or_the_system_of_the_plan(tmp_path):
     assert "was transformed from" in area.notes[0]
     with pytest.raises(EinschaltError, match="a plane system in metres"):
         read_area(path, crs="EPSG:4326")
-    with pytest.raises(EinschaltError, match="a corner is 505000, 5304000"):
-        read_area(write(path, box(5000, 4000), crs=None))
+    write(path, box(5000, 4000), crs=None)
+    for asked in (None, "EPSG:25833"):
+        with pytest.raises(EinschaltError, match="a corner is 505000, 5304000"):
+            read_area(path, crs=asked)
     with pytest.raises(EinschaltError, match="340° of longitude"):
         read_area(write(path, box(340, 120, -170, -60), crs=None))
 

@@ -180,6 +180,7 @@ def _target(drawn, crs):
         read_crs(crs)
         return crs, [f"The area names no system; it is taken as {label_of(crs)}."]
     source = read_source_crs(drawn.crs)
+    _require_degrees(drawn, source)
     if crs is not None:
         read_crs(crs)
         said = (
@@ -205,6 +206,20 @@ def _target(drawn, crs):
         )
         return zone, [said]
     return drawn.crs, []
+
+
+def _require_degrees(drawn, source):
+    """Refuse metres in a system of degrees: GeoJSON that does not name its system."""
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    xy = np.concatenate([shapely.get_coordinates(one) for one in drawn.shapes])
+    if source.is_geographic and (np.abs(xy) > [360.0, 90.0]).any():
+        east, north = xy[np.argmax(np.abs(xy).max(axis=1))]
+        raise ProjectionError(
+            f"a corner is {east:.10g}, {north:.10g} in {label_of(drawn.crs)}",
+            expected="longitude and latitude in degrees",
+            remedy="Export the area with its system; GeoJSON without one has degrees",
+        )
 
 
 def _stretched(shapes, crs):
@@ -234,13 +249,6 @@ def _utm_zone(drawn):
 
     xy = np.concatenate([shapely.get_coordinates(one) for one in drawn.shapes])
     source = read_source_crs(drawn.crs)
-    if source.is_geographic and (np.abs(xy) > [360.0, 90.0]).any():
-        east, north = xy[np.argmax(np.abs(xy).max(axis=1))]
-        raise ProjectionError(
-            f"a corner is {east:.10g}, {north:.10g} in {label_of(drawn.crs)}",
-            expected="longitude and latitude in degrees",
-            remedy="Export the area with its system; GeoJSON without one has degrees",
-        )
     demand = Demand(1e5, "since a zone is looked for")
     return _zone_of(reproject(xy, source, read_source_crs(WGS_84), demand)[0])
 
