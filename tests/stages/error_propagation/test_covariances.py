@@ -178,3 +178,10 @@ def test_errors_that_cancel_each_other_leave_no_variance(chains):
     found = propagate(every.astype(object), copies, SIZES).covariance
     assert np.trace(whole, axis1=1, axis2=2).min() > 1.0
     assert not found.any()
+
+
+def test_no_points_have_no_covariances(chains):
+    none = selection([], N_VALUES, chains["control"].axes)
+    chains = {name: none @ chain for name, chain in chains.items()}
+    parts = propagate([], chains, SIZES).parts
+    assert {len(part) for part in parts.values()} == {0}

@@ -206,7 +206,7 @@ class _Steps:
             for part in (through, direct)
         )
         last = PointOperator(one.factors[:n_first], one.axes).formed()
-        in_row = last.factors[0].nnz / last.shape[0]
+        in_row = last.factors[0].nnz / max(1, last.shape[0])
         for name in through.keys() & direct.keys():
             if all(_numbers_in_row(way) <= in_row for way in direct[name].products):
                 direct[name] = direct[name].formed()
@@ -371,7 +371,7 @@ def _numbers_in_row(product):
         rows = _filled(_times(rows, matrix))
         is_sparse = sparse.issparse(rows)
         largest = max(largest, rows.nnz if is_sparse else rows.size / SPARSE_SIZE)
-    return largest / product.axes.size(len(sampled))
+    return largest / max(1, product.axes.size(len(sampled)))
 
 
 def _rows_of(chains, places):
