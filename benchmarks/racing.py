@@ -1,5 +1,6 @@
 """How a race is run, judged and printed."""
 
+import ctypes
 import math
 import os
 from collections.abc import Callable
@@ -197,6 +198,10 @@ def peak_mb(run):
     if not CLEAR.exists():
         run()
         return math.nan
+    if hasattr(
+        ctypes.pythonapi, "malloc_trim"
+    ):  # what is kept for later would not count
+        ctypes.pythonapi.malloc_trim(0)
     CLEAR.write_text(PEAK_ANEW)
     before = _resident("VmRSS")
     run()
