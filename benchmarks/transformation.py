@@ -1,8 +1,9 @@
 """Affine and helmert of 100 000 models with everything that belongs to them.
 
-Full means parameters, covariance, residuals, m_0 and leverages; tested, the studentized
-residual of every point as well, and the probability of the external one. The peers take
-a few hundred models: their time for one does not depend on how many there are.
+Full means parameters, covariance, residuals, m_0 and leverages; tested, what tells of
+every point how it fits the others, and the probability of that; studentized, the
+residual of every coordinate over its standard error. The peers take a few hundred
+models: their time for one does not depend on how many there are.
 """
 
 import numpy as np
@@ -53,7 +54,7 @@ def run():
     for kind in OURS:
         _assert_same(kind, models)
         with one_core():
-            races += [_fits(kind, models), _tests(kind, models)]
+            races += [_fits(kind, models), *_tests(kind, models)]
         everywhere = _contender("all cores, full", kind, models)
         races.append(race(f"Transformation, {kind}", "model", everywhere, []))
     with one_core():
@@ -108,32 +109,37 @@ def _tests(kind, models):
     """Every point tested: what statsmodels fits anew for each."""
     _assert_same_tests(kind, models)
     given = kind, models
-    return race(
-        f"Transformation with a test of every point, {kind}",
-        "model",
-        Contender(
-            "einschalt, one core, full and tested",
-            lambda: _tested(*given),
-            models.n_models,
-        ),
-        [
-            _peer(
-                "statsmodels OLS, internally studentized residuals",
-                _by_internal_residuals,
-                *given,
-                N_STATSMODELS,
-                at_least(80, 1000),
-            ),
-            _peer(
-                "statsmodels OLS, outlier_test",
-                _by_outlier_test,
-                *given,
-                N_REFITTED,
-                at_least(4_000, 10_000),
-            ),
-        ],
-        rounds=3,
+    outlier_test = _peer(
+        "statsmodels OLS, outlier_test",
+        _by_outlier_test,
+        *given,
+        N_REFITTED,
+        at_least(6_000, 10_000),
     )
+    internal = _peer(
+        "statsmodels OLS, internally studentized residuals",
+        _by_internal_residuals,
+        *given,
+        N_STATSMODELS,
+        at_least(80, 1000),
+    )
+    return [
+        race(
+            f"Transformation with {name}, {kind}",
+            "model",
+            Contender(
+                f"einschalt, one core, full and {done}",
+                lambda ours=ours: ours(*given),
+                models.n_models,
+            ),
+            [peer],
+            rounds=3,
+        )
+        for name, done, ours, peer in (
+            ("a test of every point", "tested", _tested, outlier_test),
+            ("studentized residuals", "studentized", _studentized, internal),
+        )
+    ]
 
 
 def _growth():
@@ -212,9 +218,14 @@ def _by_skimage(kind, xy, en, _weights):
 def _tested(kind, models):
     fit, covariance, m_0 = _ours(kind, models)
     points = CommonPoints(models.xy, models.en, models.weights, models.start)
+    return fit, covariance, m_0, fitted_point_tests(fit, points)
+
+
+def _studentized(kind, models):
+    fit, covariance, m_0 = _ours(kind, models)
     spread = np.sqrt((1.0 - fit.leverage) / models.weights[:, None])
     studentized = fit.residuals / (np.repeat(fit.s_0, models.counts)[:, None] * spread)
-    return fit, covariance, m_0, studentized, fitted_point_tests(fit, points)
+    return fit, covariance, m_0, studentized
 
 
 def _by_internal_residuals(kind, xy, en, weights):
@@ -234,7 +245,10 @@ def _by_outlier_test(kind, xy, en, weights):
 
 def _assert_same_tests(kind, models):
     """Residuals over their standard errors, which the tests are made of."""
-    studentized = _tested(kind, models)[3]
+    studentized = _studentized(kind, models)[3]
+    tests = _tested(kind, models)[3]
+    w = np.where(np.isnan(tests.w), np.nan, np.hypot(*studentized.T))
+    np.testing.assert_allclose(tests.w, w, rtol=1e-6)
     theirs = _each(_by_internal_residuals, kind, models, N_REFITTED)
     for k, (*_, internal) in enumerate(theirs):
         rows = slice(models.start[k], models.start[k + 1])

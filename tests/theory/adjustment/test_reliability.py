@@ -114,6 +114,20 @@ def test_prediction_test_is_the_same_test(weighted_model):
     assert predicted.p_value[0] == pytest.approx(tests.p_value[4], rel=1e-6)
 
 
+@pytest.mark.parametrize("f", [3, 4, 7, 150, 9_999, 10_001, 10_002, 50_000, 41.3])
+def test_probability_for_any_redundancy(f):
+    """Whole numbers of not too many factors are multiplied, others are powers."""
+    share = np.array([0.0, 1e-4, 0.2, 0.9, 1.0])
+    residuals = np.column_stack([np.sqrt(share), np.zeros(5)])
+    points = FittedPoints(
+        *(residuals, np.ones(5), np.zeros((5, 2)), np.zeros(5), np.array([0, 5]))
+    )
+    tests = joint_point_tests(points, np.array([1.0]), np.array([f]))
+    np.testing.assert_allclose(tests.w, np.sqrt(share * f), rtol=1e-14)
+    expected = stats.beta.sf(share, 1.0, 0.5 * (f - 2))
+    np.testing.assert_allclose(tests.p_value, expected, rtol=1e-11, atol=1e-300)
+
+
 def test_too_little_redundancy_is_not_tested():
     xy = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
     en = xy + np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.1], [0.0, 0.0]])
