@@ -307,6 +307,11 @@ def test_prices_have_decimal_commas_too(prices):
     assert costs_of(prices) == PlanCosts(image=12.5, model=3.0)
 
 
+def test_costs_by_the_words_of_the_answer():
+    given = costs_of("control point=30, pointing=0.2")
+    assert given == PlanCosts(setting=0.2, control_point=30.0)
+
+
 def test_a_price_of_thousands_is_no_decimal(invoke):
     shown = invoke("plan", "--target", "5cm", "--costs", "image=1,000")
     assert shown.exit_code == 2

@@ -36,6 +36,8 @@ COUNTS_FOR = {
 }
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
+# what the answers call a price
+AS_PRINTED = {"pointing": "setting", "control point": "control_point"}
 BEFORE_A_NAME = re.compile(r"[,;](?=[^,;]*=)")
 CENTS = re.compile(r"^([+-]?\d+),(\d{1,2})$")
 SIDES = "millimetres as 230 or 68.0x105.8"
@@ -136,15 +138,16 @@ def costs_of(text) -> PlanCosts:
 
     A comma before no name is a decimal one; such a price has one or two decimals.
 
-    >>> given = costs_of("model=35,image=12,5")
-    >>> given.model, given.image
-    (35.0, 12.5)
+    >>> given = costs_of("model=35,image=12,5,pointing=1")
+    >>> given.model, given.image, given.setting
+    (35.0, 12.5, 1.0)
     """
     given = {}
     for part in map(str.strip, BEFORE_A_NAME.split(text)):
         name, sign, cost = (piece.strip() for piece in part.partition("="))
         if not sign:
             raise SettingsError(f"--costs {part!r}", expected=COSTS)
+        name = AS_PRINTED.get(name, name)
         checked_choice("--costs", name, PlanCosts.__dataclass_fields__)
         point = CENTS.sub(r"\1.\2", cost)
         given[name] = _number("--costs", point, COSTS)
