@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from einschalt.foundations import batches
-from einschalt.foundations.sparse_cholesky import front_branches, nested_dissection
+from einschalt.foundations.sparse_cholesky import (
+    front_branches,
+    multifrontal,
+    nested_dissection,
+)
 from einschalt.foundations.sparse_cholesky.elimination_pattern import Fronts
 from einschalt.foundations.sparse_cholesky.front_branches import part_fronts
 from einschalt.theory.block_adjustment.block_solution import adjust
@@ -19,6 +23,7 @@ def cores(monkeypatch):
         monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 0)
         monkeypatch.setattr(nested_dissection, "MODELS_WORTH_A_THREAD", 6)
         monkeypatch.setattr(front_branches, "LEAST_WORK", 0.0)
+        monkeypatch.setattr(multifrontal, "BYTES_WORTH_BRANCHES", 0)
 
     return give
 
@@ -97,6 +102,23 @@ def test_one_core_and_little_work_have_no_branches(cores, monkeypatch):
     cores(2)
     monkeypatch.setattr(front_branches, "LEAST_WORK", 1e8)
     assert part_fronts(fronts, 2).branches == ()
+
+
+def test_only_many_right_sides_of_a_large_factor_are_parted(
+    make_block, cores, monkeypatch
+):
+    cores(2)
+    factor = adjust(make_block("dense grid", "affine")).solver.factor
+    n_branches = []
+    monkeypatch.setattr(
+        front_branches.Branches, "each", lambda b, _: n_branches.append(len(b.branches))
+    )
+    worth = 2 * factor.panels.nbytes
+    monkeypatch.setattr(multifrontal, "BYTES_WORTH_BRANCHES", worth)
+    for n_right in (2, 3):  # each once forward, once backward
+        factor.solve(np.ones((*factor.is_held.shape, n_right)))
+    assert n_branches[:2] == [0, 0]
+    assert min(n_branches[2:]) >= 2
 
 
 def test_parts_hold_their_updates_and_their_longest_way_only(cores):

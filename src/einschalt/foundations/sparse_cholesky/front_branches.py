@@ -17,7 +17,7 @@ from einschalt.foundations.kernels import compiled
 
 NO_BRANCH = -1  # in place of the root: the trunk
 # multiplications below which threads cost more than they gain: some milliseconds
-LEAST_WORK = 1e8
+LEAST_WORK = 2e8
 # of a core's share: smaller branches stay with the trunk
 LEAST_SHARE = 0.02
 
@@ -63,12 +63,25 @@ def part_fronts(fronts, n_unknowns) -> Branches:
     first = np.arange(len(parent))
     _gather_upwards(work, first, parent)
     is_top = parent < 0
-    total, most = work[is_top].sum(), 0.0
-    if batches.n_cores() > 1 and total > LEAST_WORK:
-        most = total / batches.n_cores()
+    total = work[is_top].sum()
+    if batches.n_cores() == 1 or total <= LEAST_WORK:
+        return unparted(fronts, n_unknowns)
+    most = total / batches.n_cores()
     is_root = (work <= most) & (is_top | (work[parent] > most))
     roots = np.flatnonzero(is_root & (work > LEAST_SHARE * most))
     roots = roots[np.argsort(-work[roots], kind="stable")]
+    return _parted(fronts, n_unknowns, roots, first)
+
+
+def unparted(fronts, n_unknowns) -> Branches:
+    """Leave all fronts in the trunk."""
+    none = np.zeros(0, dtype=np.int64)
+    return _parted(fronts, n_unknowns, none, none)
+
+
+def _parted(fronts, n_unknowns, roots, first):
+    own, edge = n_unknowns * fronts.n_own, n_unknowns * fronts.n_boundary
+    parent = fronts.parent
     is_inside = np.zeros(len(parent), dtype=bool)
     for root in roots:
         is_inside[first[root] : root] = True

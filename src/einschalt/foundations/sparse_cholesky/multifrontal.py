@@ -23,7 +23,7 @@ from einschalt.foundations.sparse_cholesky.elimination_pattern import (
     Storage,
     storage_for,
 )
-from einschalt.foundations.sparse_cholesky.front_branches import part_fronts
+from einschalt.foundations.sparse_cholesky.front_branches import part_fronts, unparted
 from einschalt.foundations.sparse_cholesky.front_factorization import (
     HELD,
     factor_fronts,
@@ -33,6 +33,10 @@ from einschalt.foundations.sparse_cholesky.front_solution import (
     solve_forward,
 )
 from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
+
+# of the factor, once for each right side: below it threads cost a solution, which only
+# passes over the factor, more than they gain; some milliseconds
+BYTES_WORTH_BRANCHES = 1e8
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +92,14 @@ class Factor:
     def _branches(self):
         return part_fronts(self.fronts, self.n_unknowns)
 
+    @cached_property
+    def _trunk_alone(self):
+        return unparted(self.fronts, self.n_unknowns)
+
     def _solve_in_place(self, x, *, is_forward_done=False):
-        fronts, branches, u = self.fronts, self._branches, self.n_unknowns
+        fronts, u = self.fronts, self.n_unknowns
+        is_large = self.panels.nbytes * len(x) > BYTES_WORTH_BRANCHES
+        branches = self._branches if is_large else self._trunk_alone
         panels = self.panels, self.storage.panel_start
         tree = fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary
         roots = np.array([part.root for part in branches.branches], dtype=np.int64)
