@@ -8,7 +8,13 @@ import numpy as np
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, in_english, mark_each, translated
-from einschalt.foundations.typesetting import fixed, number, per_cent, table, wrapped
+from einschalt.foundations.typesetting import (
+    decimals_for,
+    fixed,
+    per_cent,
+    table,
+    wrapped,
+)
 from einschalt.pipeline.planning.advice.points_in_models import (
     MOST_ON_THE_GROUND,
     downwards,
@@ -355,11 +361,11 @@ def _effort_text(plan):
     for k, row in enumerate(plan.flown.effort.itertuples()):
         cells = [translated(ITEM_TEXT[row.item]), figure(row.amount, ".0f")]
         cells.append(figure(row.price, "g"))
-        cells.append(number(row.cost, 3))
+        cells.append(_cost(row.cost))
         if other is not None:
             cells.append(figure(other.effort["amount"][k], ".0f"))
         rows.append(cells)
-    last = [translated("all"), "", "", number(plan.flown.cost, 3)]
+    last = [translated("all"), "", "", _cost(plan.flown.cost)]
     header = [
         translated("What the area takes"),
         translated("amount"),
@@ -368,7 +374,7 @@ def _effort_text(plan):
     ]
     if other is not None:
         header.append(translated("next best"))
-        last.append(translated("cost {cost}", cost=number(other.cost, 3)))
+        last.append(translated("cost {cost}", cost=_cost(other.cost)))
     rows.append(last)
     text = table(rows, header=header, align="l" + "r" * (len(header) - 1))
     km = plan.flown.flight_lines["length"].sum() / 1e3
@@ -378,3 +384,8 @@ def _effort_text(plan):
         km=fixed(km, 1),
     )
     return f"{text}\n  {lines}"
+
+
+def _cost(amount):
+    """Write what someone will add up: whole, or with three digits where it is small."""
+    return fixed(amount, max(0, decimals_for(amount, 3)))
