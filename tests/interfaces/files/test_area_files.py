@@ -48,7 +48,7 @@ def bow():
 @pytest.mark.parametrize(
     ("geometries", "says"),
     [
-        ([bow()], "Self-intersection.*'Fix geometries'"),
+        ([bow()], "crosses or touches itself at .*'Fix geometries'"),
         ([], "the layer is empty"),
         ([None], "the layer is empty"),
         ([{"type": "Polygon", "coordinates": []}], "the layer is empty"),

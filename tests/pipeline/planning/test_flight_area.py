@@ -25,6 +25,28 @@ def test_what_is_no_polygon_is_named(shape, found):
 
 
 @pytest.mark.parametrize(
+    ("outer", "inner", "found"),
+    [
+        # a bow, whose sides cross in the middle
+        (
+            [(0, 0), (800, 600), (800, 0), (0, 600)],
+            [],
+            "crosses or .* at 400.00, 300.00",
+        ),
+        # a hole that lies elsewhere
+        (
+            [(0, 0), (800, 0), (800, 600)],
+            [[(900, 900), (950, 900), (950, 950)]],
+            "the border of the area is faulty at 900.00, 900.00; expected rings",
+        ),
+    ],
+)
+def test_a_faulty_border_is_told_with_its_place(outer, inner, found):
+    with pytest.raises(GeometryError, match=found):
+        FlightArea(shapely.Polygon(outer, inner))
+
+
+@pytest.mark.parametrize(
     ("crs", "found"),
     [("nonsense", "nonsense"), ("EPSG:4326", "axes in degree")],
 )

@@ -1,5 +1,6 @@
 """The area that a flight plan covers, in the axes of its strips."""
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ FARTHEST = 1e8  # metres from the origin: beyond it numbers are no coordinates
 LEAST_AREA = 1.0  # m²
 M2_PER_KM2 = 1e6
 AS_LONG = 1e-6  # of a side: sides of a square differ by less
+PLACE = re.compile(r"\[(\S+) (\S+)\]")  # what GEOS writes behind what is faulty
 MOST_PLACES = 250_000  # of a lattice over the rectangle around an area
 
 
@@ -179,7 +181,7 @@ def _check(shape):
         )
     if not shape.is_valid:
         raise GeometryError(
-            f"the border of the area is faulty: {shapely.is_valid_reason(shape)}",
+            _fault_of(shapely.is_valid_reason(shape)),
             expected="rings that neither cross nor touch themselves",
             remedy="Mend it in QGIS with 'Fix geometries', or draw it again",
         )
@@ -196,3 +198,14 @@ def _check(shape):
             expected="an area for several photographs, in metres",
             remedy="Is it in kilometres or degrees? Export it with its system",
         )
+
+
+def _fault_of(reason):
+    """Say it in words of the field; GEOS says "Self-intersection[4.5 2.25]"."""
+    place = PLACE.search(reason)
+    if place is None:
+        return "the border of the area is faulty"
+    east, north = (f"{float(one):.2f}" for one in place.groups())
+    if "self-intersection" in reason.lower():
+        return f"the border of the area crosses or touches itself at {east}, {north}"
+    return f"the border of the area is faulty at {east}, {north}"
