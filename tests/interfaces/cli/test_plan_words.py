@@ -27,6 +27,7 @@ TERMS = (
     *("control point", "control points per model", "costs", "prices", "edge"),
     *("centre", "control_per_model", "high_over_low", "n_settings", "n_coverages"),
     *("m_g_um", "gsd", "image_format", "flight line", "photograph", "effort"),
+    *("cov.", "c. points", "up to", "high", "control", "next best"),  # in tables
 )
 
 
