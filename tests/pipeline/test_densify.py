@@ -9,6 +9,7 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import GeometryError
 
+MODEL = ["coverage", "model_id"]
 POINT_COLUMNS = [
     "point_id",
     "easting",
@@ -207,3 +208,23 @@ def test_progress_names_the_stages(block):
     assert titles[-1] == "done"
     assert list(fractions) == sorted(fractions)
     assert fractions[-1] == 1.0
+
+
+@pytest.mark.parametrize("coverages", [("1", "1"), ("1", "2")])
+def test_two_models_alone_have_the_covariances_of_their_points(block, coverages):
+    """Most points are in both: rows of few points do not tell models apart."""
+    points = block.low_flight.model_points
+    held = {key: set(part.point_id) for key, part in points.groupby(MODEL)}
+    pairs = [
+        (len(held[one] & held[two]), one, two)
+        for one in held
+        for two in held
+        if one < two and (one[0], two[0]) == coverages
+    ]
+    _, *chosen = max(pairs)
+    is_kept = points.set_index(MODEL).index.isin(chosen)
+    result = es.densify(with_flight(block, model_points=points[is_kept]))
+    expected = result.errors.covariance
+    for name, variance in zip(result.errors.point_ids, expected, strict=True):
+        alone = result.covariance_between([(name, name)])[0]
+        np.testing.assert_allclose(alone, variance, rtol=1e-6, atol=1e-10)

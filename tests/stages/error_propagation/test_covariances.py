@@ -1,15 +1,19 @@
 """Covariances of points, through the parameters of models and beside them."""
 
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import sparse
 
 from einschalt.stages.error_propagation import covariances
 from einschalt.stages.error_propagation.covariances import (
-    KnownParameters,
+    SharedCovariances,
     covariances_of_pairs,
     propagate,
 )
+from einschalt.theory.adjustment import bundled_covariance
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
@@ -111,6 +115,90 @@ def test_one_source_alone(chains, name):
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
+@pytest.mark.parametrize("n_models", [2, 4])
+@pytest.mark.parametrize("axes", AXES)
+def test_points_alone_are_as_among_all_others(axes, n_models):
+    """Rows of one point do not tell which numbers belong to a model: all of them."""
+    rng, n_values = np.random.default_rng(4), n_models * IN_MODEL
+    blocks = [np.ones((IN_MODEL * axes.value, 3 * axes.value))] * n_models
+    entries = sparse.block_diag(blocks, format="csr")
+    values = _filled(rng, entries, axes)
+    fitted = _filled(rng, sparse.csr_array(entries.T), axes)
+    # each point is in two models
+    both = np.arange(n_values - IN_MODEL)
+    places = np.column_stack([both, both + IN_MODEL]).ravel()
+    start = 2 * np.arange(len(both) + 1)
+    mean = sums(np.full(2 * len(both), 0.5), places, start, n_values, axes)
+    chains = {"low_flight": mean @ values @ fitted}
+    sizes = {"low_flight": SIZES["low_flight"][:n_values]}
+    errors = propagate(both.astype(str).astype(object), chains, sizes)
+    np.testing.assert_allclose(
+        errors.covariance, _dense(chains)["low_flight"][both, both], atol=1e-9
+    )
+    for place in both:
+        alone = errors.covariance_at(np.array([[place, place]]))
+        np.testing.assert_allclose(alone[0], errors.covariance[place], atol=1e-9)
+
+
+def _filled(rng, pattern, axes):
+    entries = pattern.astype(complex if axes is Axes.COMPLEX else float)
+    entries.data = rng.normal(size=entries.nnz).astype(entries.dtype)
+    return PointOperator((sparse.csr_array(entries),), axes)
+
+
+@pytest.mark.parametrize("kind", [KeyboardInterrupt, MemoryError])
+def test_what_was_interrupted_is_computed_anew(chains, monkeypatch, kind):
+    known, pairs = SharedCovariances(), _some_pairs()
+    expected = covariances_of_pairs(chains, SIZES, pairs)
+    covariances_of_pairs(chains, SIZES, pairs[:1], known)
+    joint_covariance, asked = covariances.joint_covariance, []
+
+    def interrupted(*arguments):
+        asked.append(arguments)
+        if len(asked) == 2:
+            raise kind
+        return joint_covariance(*arguments)
+
+    monkeypatch.setattr(covariances, "joint_covariance", interrupted)
+    with pytest.raises(kind):
+        covariances_of_pairs(chains, SIZES, pairs, known)
+    found = covariances_of_pairs(chains, SIZES, pairs, known)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
+def test_threads_share_what_is_known(chains):
+    every = np.column_stack([np.arange(N_VALUES)] * 2)
+    questions = [_some_pairs(), np.array([[10, 59]]), _some_pairs()[:9], every]
+    expected = [covariances_of_pairs(chains, SIZES, pairs) for pairs in questions]
+    for _ in range(10):
+        known = SharedCovariances()
+        ask = partial(covariances_of_pairs, chains, SIZES, known=known)
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(ask, 8 * questions))
+        for one, right in zip(found, 8 * expected, strict=True):
+            np.testing.assert_allclose(one, right, atol=1e-10)
+
+
+def test_other_names_of_the_same_chains_are_other_chains(chains):
+    known, pairs = SharedCovariances(), _some_pairs()
+    expected = covariances_of_pairs(chains, SIZES, pairs, known)
+    named = {f"{name}_2": chain for name, chain in chains.items()}
+    sizes = {f"{name}_2": size for name, size in SIZES.items()}
+    found = propagate(np.arange(N_VALUES).astype(object), named, sizes, known)
+    assert set(found.parts) == set(named)
+    again = covariances_of_pairs(named, sizes, pairs, known)
+    np.testing.assert_allclose(again, expected, atol=1e-12)
+
+
+def test_many_pairs_are_taken_in_parts(chains, monkeypatch):
+    monkeypatch.setattr(covariances, "PAIRS_AT_ONCE", 10)
+    monkeypatch.setattr(bundled_covariance, "PAIRS_AT_ONCE", 10)
+    pairs = np.stack(np.meshgrid([3, 9, 20, 41], [3, 9, 20, 41]), -1).reshape(-1, 2)
+    expected = sum(_dense(chains).values())[pairs[:, 0], pairs[:, 1]]
+    found = covariances_of_pairs(chains, SIZES, pairs)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
 def test_what_parameters_share_is_computed_once(chains, monkeypatch):
     asked = []
     joint_covariance = covariances.joint_covariance
@@ -120,7 +208,7 @@ def test_what_parameters_share_is_computed_once(chains, monkeypatch):
         return joint_covariance(*arguments)
 
     monkeypatch.setattr(covariances, "joint_covariance", counted)
-    known, pairs = KnownParameters(), _some_pairs()
+    known, pairs = SharedCovariances(), _some_pairs()
     first = covariances_of_pairs(chains, SIZES, pairs, known)
     assert len(asked) == 3  # sources
     fewer = covariances_of_pairs(chains, SIZES, pairs[:9], known)

@@ -66,6 +66,22 @@ def test_pairs_of_points(axes, faster, monkeypatch):
     np.testing.assert_allclose(found, whole, atol=1e-12)
 
 
+@pytest.mark.parametrize("faster", [0, 10**9])
+def test_an_unusable_source_spoils_only_bundles_that_know_it(faster, monkeypatch):
+    monkeypatch.setattr(bundled_covariance, "QUICKER_AS_A_WHOLE", faster)
+    blocks = np.array([1.0, 2.0, np.nan]).reshape(3, 1, 1)
+    to_bundles = PointOperator((of_diagonal(blocks),), Axes.COMPLEX)
+    every = BundlePairs(np.array([0, 1, 3, 6]), np.array([0, 0, 1, 0, 1, 2]))
+    joint = joint_covariance(to_bundles, every, 1, np.ones(3)).ravel()
+    np.testing.assert_array_equal(joint[:3], [1.0, 0.0, 4.0])
+    assert np.isnan(joint[-1])
+
+
+def of_diagonal(blocks):
+    n = len(blocks)
+    return sparse.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(n, n))
+
+
 @pytest.mark.parametrize("axes", Axes)
 def test_pairs_of_points_that_share_errors_with_bundles(axes):
     points, shared = _of_bundles(axes), _of_bundles(axes, 5)

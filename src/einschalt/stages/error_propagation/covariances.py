@@ -6,9 +6,10 @@ for all that depends on them.
 """
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial, reduce
 from operator import add
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +19,7 @@ from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.bundled_covariance import (
     BundledRows,
+    BundlePairs,
     joint_covariance,
     points_in_a_bundle,
 )
@@ -35,15 +37,25 @@ N_SAMPLED = 100  # points whose rows tell how full they are
 ROUNDING = 1e-12  # of the variances that cancel each other
 
 
-class KnownParameters:
-    """What the parameters of models share, kept for all that depends on them.
+class SharedCovariances:
+    """Covariances of parameters of models, kept for all that depends on them.
 
     Values, their means and differences of means depend on the same parameters: their
-    covariances are computed when the first of these asks for them.
+    covariances are computed when the first of these asks for them. Matrices of chains
+    and standard errors are told apart by their identity, and must not be changed.
     """
 
     def __init__(self):
-        self._behind, self._met, self._joint = (), None, {}
+        # each is set as a whole: other threads and interruptions leave it whole
+        self._steps = self._kept = None
+
+    def steps_of(self, chains):
+        """Steps of chains, which several questions about the same points need."""
+        key, kept = _identity(chains), self._steps
+        if kept is None or kept[0] != key:
+            # chains are kept, so that another matrix cannot have the identity of theirs
+            self._steps = kept = key, chains, _Steps.of(chains)
+        return kept[2]
 
     def covariances(self, met, size, chains, standard_errors):
         """Covariances of pairs of parameters from each source, (n_met, size, size).
@@ -51,20 +63,37 @@ class KnownParameters:
         ``met`` are the BundlePairs; ``chains`` lead to the parameters, of which
         ``size`` numbers stand in a bundle.
         """
-        behind = [f for c in chains.values() for one in c.products for f in one.factors]
-        behind += [standard_errors[name] for name in chains]
-        places = None
-        if list(map(id, behind)) == list(map(id, self._behind)):
-            places = self._met.places_of(met)
-        if places is None:
-            # matrices are kept, so that another one cannot have the identity of theirs
-            self._behind, self._met = behind, met
-            self._joint = {
-                source: joint_covariance(rows, met, size, standard_errors[source])
-                for source, rows in _rows_to_bundles(chains, size)
-            }
-            return self._joint
-        return {name: blocks[places] for name, blocks in self._joint.items()}
+        sizes = [standard_errors[name] for name in chains]
+        key, kept = (size, _identity(chains), tuple(map(id, sizes))), self._kept
+        is_same = kept is not None and kept.key == key
+        places = kept.met.places_of(met) if is_same else None
+        if places is not None:
+            return {name: blocks[places] for name, blocks in kept.joint.items()}
+        bundles, met_of_these = met.alone()
+        joint = {
+            source: joint_covariance(rows, met_of_these, size, standard_errors[source])
+            for source, rows in _rows_to_bundles(chains, size, bundles)
+        }
+        if not (is_same and len(met) < len(kept.met)):
+            self._kept = _Kept(key, (chains, sizes), met, joint)
+        return joint
+
+
+class _Kept(NamedTuple):
+    """Covariances of parameters, and what they follow from."""
+
+    key: tuple
+    behind: tuple  # what the key is the identity of
+    met: BundlePairs
+    joint: dict[str, np.ndarray]
+
+
+def _identity(chains):
+    """What tells chains apart: names, and matrices of each product."""
+    return tuple(
+        (name, tuple(_key(one, len(one.factors)) for one in chain.products))
+        for name, chain in chains.items()
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +107,7 @@ class PropagatedErrors:
     chains: dict[str, PointOperator]
     # of each source's observations, per coordinate [m]
     standard_errors: dict[str, np.ndarray]
-    known: KnownParameters = field(default_factory=KnownParameters, repr=False)
+    known: SharedCovariances = field(default_factory=SharedCovariances, repr=False)
 
     @property
     def axes(self):
@@ -124,43 +153,39 @@ def covariances_of_pairs(chains, standard_errors, places, known=None):
     """Covariances between pairs of the points that chains lead to.
 
     ``places`` (n_pairs, 2): pairs that share points stand best near each other;
-    ``known`` are KnownParameters. Gives (n_pairs, n_coordinates, n_coordinates) [m²].
+    ``known`` are SharedCovariances. Gives (n_pairs, n_coordinates, n_coordinates) [m²].
     """
-    chains, pairs = _of_points(chains, places)
-    steps = _Steps.of(chains)
-    found = sum(steps.through_parameters(pairs, standard_errors, known).values())
+    known = SharedCovariances() if known is None else known
+    n_points = next(iter(chains.values())).n_points
+    is_used = np.zeros(n_points, dtype=bool)
+    is_used[places] = True
+    steps, pairs = known.steps_of(chains), places
+    if not is_used.all():
+        steps = steps.of_points(np.flatnonzero(is_used), n_points)
+        pairs = (np.cumsum(is_used) - 1)[places]
+    found = steps.through_parameters(pairs, standard_errors, known)
     if not steps.direct:
         return found
-    n_points = next(iter(steps.direct.values())).n_points
-    n_parts = max(-(-len(pairs) // PAIRS_AT_ONCE), n_ranges(steps.direct, n_points))
-    n_parts = max(1, min(n_parts, len(pairs)))
-    parts = np.array_split(pairs, n_parts)
+    n_parts = max(_n_parts(pairs), n_ranges(steps.direct, int(is_used.sum())))
+    parts = np.array_split(pairs, max(1, min(n_parts, len(pairs))))
     work = partial(_between, steps.direct, standard_errors)
     between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
     return found + np.concatenate(between)
 
 
-def _of_points(chains, places):
-    """Chains to the points of pairs alone, and the places of these among them."""
-    any_chain = next(iter(chains.values()))
-    is_used = np.zeros(any_chain.n_points, dtype=bool)
-    is_used[places] = True
-    if is_used.all():
-        return chains, places
-    picked = selection(np.flatnonzero(is_used), len(is_used), any_chain.axes)
-    place = np.cumsum(is_used) - 1
-    return {name: picked @ chain for name, chain in chains.items()}, place[places]
+def _n_parts(pairs):
+    return max(1, -(-len(pairs) // PAIRS_AT_ONCE))
 
 
 def propagate(point_ids, chains, standard_errors, known=None) -> PropagatedErrors:
     """Covariances of the final points from all sources.
 
     ``standard_errors`` of each source are per coordinate [m], with a column for each
-    axis where they differ; ``known`` are KnownParameters of the same chains.
+    axis where they differ; ``known`` are SharedCovariances.
     """
     n_points = next(iter(chains.values())).n_points
-    known = KnownParameters() if known is None else known
-    steps = _Steps.of(chains)
+    known = SharedCovariances() if known is None else known
+    steps = known.steps_of(chains)
     direct = _by_rows(steps.direct, standard_errors, n_points) if steps.direct else {}
     through = steps.variances(direct, standard_errors, known)
     parts = {name: (direct | through)[name] for name in chains}
@@ -178,6 +203,7 @@ class _Steps:
     last: PointOperator | None  # from the parameters to the points
     through: dict[str, PointOperator]  # from the sources to the parameters
     direct: dict[str, PointOperator]  # from the sources to the points
+    size: int = 0  # of a bundle of parameters: one for all, whatever points are asked
 
     @classmethod
     def of(cls, chains):
@@ -213,39 +239,59 @@ class _Steps:
             else:  # errors of images, which all points of a model depend on anyway
                 direct[name] = _with_one_beginning(chains[name])
                 del through[name]
-        return cls(last, through, direct) if through else cls(None, {}, chains)
+        if not through:
+            return cls(None, {}, chains)
+        # parameters of a model follow from the same points, whatever depends on them
+        n_together = points_in_a_bundle(one.factors[n_first].T, one.axes)
+        return cls(last, through, direct, one.axes.size(n_together))
+
+    def of_points(self, places, n_points):
+        """The same steps to some of the points."""
+        picked = selection(places, n_points, _axes_of(self))
+        direct = {name: picked @ chain for name, chain in self.direct.items()}
+        last = None if self.last is None else (picked @ self.last).formed()
+        return replace(self, last=last, direct=direct)
 
     def through_parameters(self, pairs, standard_errors, known):
-        """What parameters make of the covariances of pairs of points, by the source.
+        """What parameters make of the covariances of pairs of points [m²].
 
-        Between them, and between them and what does not go through them.
+        Between them, and between them and what does not go through them; 0.0 where
+        nothing does.
         """
         if self.last is None:
-            return {}
+            return 0.0
         rows, met, joint = self._joint(pairs, standard_errors, known)
-        return {
-            name: rows.covariances(pairs, met, part)
-            + self._beside(name, rows, pairs, standard_errors)
-            for name, part in joint.items()
-        }
+        joint = reduce(add, joint.values())
+        beside = self._beside(rows, standard_errors).values()
+        parts = np.array_split(pairs, _n_parts(pairs))
+        return np.concatenate(
+            [
+                sum(
+                    (rows.covariances_with(shared, part) for shared in beside),
+                    rows.covariances(part, met, joint),
+                )
+                for part in parts
+            ]
+        )
 
-    def variances(self, direct, standard_errors, known):
+    def variances(self, of_direct, standard_errors, known):
         """Covariance of each point from every source that goes through parameters.
 
-        ``direct`` are those of what goes beside them. Where both, or errors of several
-        parameters, cancel each other, no rounding is left.
+        ``of_direct`` are those of what goes beside them. Where both, or errors of
+        several parameters, cancel each other, no rounding is left.
         """
         if self.last is None:
             return {}
         pairs, found = np.column_stack([np.arange(self.last.n_points)] * 2), {}
         rows, met, joint = self._joint(pairs, standard_errors, known)
+        beside = self._beside(rows, standard_errors)
         for name, part in joint.items():
             whole = rows.covariances(pairs, met, part)
             size = rows.independent_variances(met, part)
-            if name in direct:
-                whole += self._beside(name, rows, pairs, standard_errors)
-                whole += direct[name]
-                size += np.trace(direct[name], axis1=1, axis2=2)
+            if name in of_direct:
+                whole += rows.covariances_with(beside[name], pairs)
+                whole += of_direct[name]
+                size += np.trace(of_direct[name], axis1=1, axis2=2)
             whole[np.trace(whole, axis1=1, axis2=2) < ROUNDING * size] = 0.0
             found[name] = whole
         return found
@@ -256,20 +302,25 @@ class _Steps:
         Gives BundledRows, the BundlePairs that meet in pairs of points, and their
         covariances.
         """
-        axes = self.last.axes
-        size = axes.size(points_in_a_bundle(self.last.factors[0], axes))
-        rows = BundledRows.of(self.last, size)
+        rows = BundledRows.of(self.last, self.size)
         met = rows.neighbours(pairs)
-        known = KnownParameters() if known is None else known
-        return rows, met, known.covariances(met, size, self.through, standard_errors)
+        joint = known.covariances(met, self.size, self.through, standard_errors)
+        return rows, met, joint
 
-    def _beside(self, name, rows, pairs, standard_errors):
-        """What a source that goes both ways makes of the covariances of pairs."""
-        if name not in self.direct:
-            return 0.0
-        ways = self.direct[name], self.through[name]
-        shared = BundledRows.of(_shared(*ways, standard_errors[name]), rows.size)
-        return rows.covariances_with(shared, pairs)
+    def _beside(self, rows, standard_errors):
+        """Covariances of points with parameters, of sources that go both ways."""
+        return {
+            name: BundledRows.of(
+                _shared(self.direct[name], self.through[name], standard_errors[name]),
+                rows.size,
+            )
+            for name in self.through.keys() & self.direct.keys()
+        }
+
+
+def _axes_of(steps):
+    known = steps.last, *steps.direct.values()
+    return next(one.axes for one in known if one is not None)
 
 
 def _with_one_beginning(chain):
@@ -317,14 +368,16 @@ def _by_rows(chains, standard_errors, n_points):
     return {name: np.concatenate([part[name] for part in found]) for name in chains}
 
 
-def _rows_to_bundles(chains, size):
-    """Product of each chain in blocks of so many rows, which have the same gaps.
+def _rows_to_bundles(chains, size, bundles):
+    """Product of each chain for some bundles, in blocks of rows with the same gaps.
 
     Yields the name of each source, and its rows as a PointOperator.
     """
-    any_chain = next(iter(chains.values()))
-    identity = sparse.eye_array(any_chain.shape[0], format="csr")
-    unit = sparse.bsr_array(identity, blocksize=(size, size))
+    n_columns = next(iter(chains.values())).shape[0]
+    each = np.tile(np.eye(size), (len(bundles), 1, 1))
+    pointer = np.arange(len(bundles) + 1)
+    shape = len(bundles) * size, n_columns
+    unit = sparse.bsr_array((each, bundles, pointer), shape=shape)
     yield from _products(chains, unit, full=1.0)
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.error_propagation.covariances import (
-    KnownParameters,
+    SharedCovariances,
     covariances_of_pairs,
 )
 from einschalt.stages.error_propagation.given_points import (
@@ -91,8 +91,8 @@ class ErrorModel:
     # measuring errors of the low flight from the sources behind them
     own: dict[str, PointOperator]
     # what the values share; of other chains it is computed anew
-    known: KnownParameters = field(
-        default_factory=KnownParameters, repr=False, kw_only=True
+    known: SharedCovariances = field(
+        default_factory=SharedCovariances, repr=False, kw_only=True
     )
 
     @property

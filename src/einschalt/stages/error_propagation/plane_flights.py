@@ -23,8 +23,8 @@ from einschalt.stages.bent_map import (
     moved_coordinates,
 )
 from einschalt.stages.error_propagation.covariances import (
-    KnownParameters,
     PropagatedErrors,
+    SharedCovariances,
     covariances_of_pairs,
     propagate,
 )
@@ -142,7 +142,7 @@ class _Means:
         """Plain means, or those of least variance.
 
         ``chains`` lead from all sources, whose errors are ``sizes``, to the values;
-        ``known`` are their KnownParameters.
+        ``known`` are their SharedCovariances.
         """
         codes, point = pd.factorize(flight.point)
         sort = segments(codes, len(point))
@@ -242,7 +242,7 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     onto = operator.ground @ high_means.operator(axes)
     chains = {name: onto @ chain for name, chain in chains.items()}
     chains[LOW] = operator.measured @ own
-    known = KnownParameters()
+    known = SharedCovariances()
     means = _Means.of(low, weighting, chains, sizes, known)
     final = means.operator(axes)
     to_points = {name: final @ chain for name, chain in chains.items()}

@@ -21,8 +21,9 @@ from einschalt.theory.adjustment.point_operator import (
     of_real_axes,
 )
 
-# of a matrix without gaps, and how much less each of its products takes
-NUMBERS_OF_WHOLE, QUICKER_AS_A_WHOLE = 50_000_000, 8
+NUMBERS_OF_WHOLE = 10_000_000  # of a full matrix, of which there are three: 0.5 GB
+QUICKER_AS_A_WHOLE = 8  # what a product of full matrices takes less, by the number
+PAIRS_AT_ONCE = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +55,16 @@ class BundledRows:
         """Which bundles meet in pairs of points, (n_pairs, 2): BundlePairs."""
         rows = self.rows
         shape = rows.shape[0] // self.axes.value, rows.shape[1] // self.size
-        count = np.ones(len(rows.indices), dtype=np.int32)
-        held = sparse.csr_array((count, rows.indices, rows.indptr), shape=shape)
+        is_held = np.ones(len(rows.indices), dtype=bool)
+        held = sparse.csr_array((is_held, rows.indices, rows.indptr), shape=shape)
         first, second = pairs.T
         if np.array_equal(first, second):
             met = held[np.unique(first)]
             met = met.T @ met
         else:
-            met = held[first].T @ held[second]
+            met = sparse.csr_array((shape[1], shape[1]), dtype=bool)
+            for part in np.array_split(pairs, max(1, -(-len(pairs) // PAIRS_AT_ONCE))):
+                met = met + held[part[:, 0]].T @ held[part[:, 1]]
             met = met + met.T
         met = sparse.tril(met, format="csr")
         met.sort_indices()
@@ -72,6 +75,9 @@ class BundledRows:
 
         ``joint`` (n_met, size, size) are those of the bundles that meet in them.
         """
+        if joint.shape != (len(met), self.size, self.size):
+            wanted = len(met), self.size, self.size
+            raise ValueError(f"joint is {joint.shape}; expected {wanted}")
         dtype = np.result_type(self.rows.dtype, joint)
         out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
         over_segments(
@@ -105,7 +111,7 @@ class BundledRows:
         return of_real_axes(out) if self.axes is Axes.COMPLEX else out
 
     def independent_variances(self, met, joint):
-        """Variances of points if parameters were independent, summed up, (n_points,).
+        """Sums of a point's variances if parameters were independent (n_points,) [m²].
 
         What a variance has been computed from: far less than that is rounding.
         """
@@ -140,6 +146,19 @@ class BundlePairs:
         later = np.repeat(np.arange(len(self.pointer) - 1), np.diff(self.pointer))
         return later * (len(self.pointer) - 1) + self.column
 
+    def alone(self):
+        """The bundles that meet any, and their pairs, numbered without the others.
+
+        >>> bundles, pairs = BundlePairs(np.array([0, 0, 1, 1]), np.array([1])).alone()
+        >>> bundles, pairs.pointer, pairs.column
+        (array([1]), array([0, 1]), array([0]))
+        """
+        is_among = np.diff(self.pointer) > 0
+        is_among[self.column] = True
+        bundles = np.flatnonzero(is_among)
+        pointer = np.append(self.pointer[bundles], len(self))
+        return bundles, BundlePairs(pointer, (np.cumsum(is_among) - 1)[self.column])
+
     def places_of(self, others):
         """Where other pairs of the same bundles stand; None if one is not among these.
 
@@ -170,7 +189,8 @@ def joint_covariance(operator, met, size, standard_errors):
     blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
     blocks.sort_indices()
     scaled = blocks.data * each[blocks.indices][:, None]
-    if _is_quicker_as_a_whole(blocks, met):
+    # of numbers that are none, pairs of other bundles know nothing
+    if _is_quicker_as_a_whole(blocks, met) and np.isfinite(scaled).all():
         entries = scaled, blocks.indices, blocks.indptr
         return _of_whole(sparse.bsr_array(entries, blocks.shape).toarray(), met, size)
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)
@@ -182,7 +202,7 @@ def joint_covariance(operator, met, size, standard_errors):
 def _is_quicker_as_a_whole(blocks, met):
     """Whether nearly all entries are filled, and nearly all bundles meet."""
     n_rows, n_columns = blocks.shape
-    of_pairs = len(met) * blocks.nnz * blocks.blocksize[0] ** 2 / n_rows
+    of_pairs = len(met) * blocks.nnz * blocks.blocksize[0] ** 2 / max(1, n_rows)
     numbers = max(n_rows * n_rows, n_rows * n_columns)
     is_small = numbers <= NUMBERS_OF_WHOLE
     return is_small and n_rows**2 * n_columns < QUICKER_AS_A_WHOLE * of_pairs
@@ -191,15 +211,16 @@ def _is_quicker_as_a_whole(blocks, met):
 def _of_whole(rows, met, size):
     n_bundles = len(rows) // size
     later = np.repeat(np.arange(n_bundles), np.diff(met.pointer))
-    joint = (rows @ rows.conj().T).reshape(n_bundles, size, n_bundles, size)
+    others = rows.conj() if np.iscomplexobj(rows) else rows
+    joint = (rows @ others.T).reshape(n_bundles, size, n_bundles, size)
     return joint[later, :, met.column]
 
 
 def points_in_a_bundle(matrix, axes):
-    """How many points stand together in the columns of all rows of a matrix.
+    """How many points, at least one, all rows of a matrix use together.
 
     Columns are told apart by the rows that use them: by the sum of numbers drawn for
-    these.
+    these. Bundles that are larger or smaller than models give the same covariances.
     """
     blocks = sparse.bsr_array(matrix, blocksize=(axes.value, axes.value))
     n_rows, n_columns = (axes.count(n) for n in matrix.shape)
@@ -207,7 +228,7 @@ def points_in_a_bundle(matrix, axes):
     row = np.repeat(np.arange(n_rows), np.diff(blocks.indptr))
     used = np.bincount(blocks.indices, mark[row], n_columns)
     edges = np.flatnonzero(np.diff(used)) + 1
-    return int(np.gcd.reduce(np.append(edges, n_columns)))
+    return max(1, int(np.gcd.reduce(np.append(edges, n_columns))))
 
 
 @compiled
