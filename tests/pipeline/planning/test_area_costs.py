@@ -1,6 +1,7 @@
 """Costs of plans over an area: as its border makes them, and none cheaper is missed."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -73,6 +74,37 @@ def test_no_plan_that_is_asked_for_by_itself_is_cheaper(area):
                 cheapest = min(cheapest, plan.flown.cost)
     assert n_kept > 2
     assert best.flown.cost <= cheapest
+
+
+EVERY = {
+    "scale_number": (8100, 9500, 11200, 13300),
+    "n_settings": (1, 2, 4),
+    "control_per_model": (5, 9),
+    "high_over_low": (1.5, 1.875, 2.5),
+}
+
+
+def test_nor_is_one_of_them_that_few_promise():
+    """The estimate for each km² may be wrong by a fifth where borders count most."""
+    area = FlightArea(shapely.box(0.0, 0.0, 5000.0, 4000.0))
+    frame = recommended.frame_over(area, PlanFrame())
+    fixed = {"spacing": (250,), "m_g_um": (10,), "n_coverages": (2,)}
+    many = PlanChoices(**EVERY, **fixed)
+    best = recommended.plan_area(area, find_plans(TARGET, many, frame), frame)
+    costs = []
+    for scale, ratio, control in product(
+        EVERY["scale_number"], EVERY["high_over_low"], EVERY["control_per_model"]
+    ):
+        few = {"scale_number": (scale,), "high_over_low": (ratio,)}
+        few |= {"control_per_model": (control,), "n_settings": EVERY["n_settings"]}
+        found = find_plans(TARGET, PlanChoices(**few, **fixed), frame)
+        plan = recommended.plan_area(area, found, frame)
+        costs += [plan.flown.cost] if plan.is_recommended else []
+    assert len(costs) > 5
+    first, second = sorted(costs)[:2]
+    assert best.is_recommended
+    assert best.flown.cost <= 1.005 * first
+    assert best.next_flown.cost <= 1.05 * second
 
 
 def test_an_area_smaller_than_every_model_is_told_so():

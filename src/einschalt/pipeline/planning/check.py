@@ -1,5 +1,6 @@
 """Plans of a search held against the propagation on their own layouts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,10 +26,15 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
 MOST_REFUSED = 60  # layouts that cannot be flown
-WEIGHT_OF_ESTIMATE = 0.5  # beside 1 of a layout that was propagated
+# weights of estimates beside 1 of a layout that was propagated, or counted
+OF_ERRORS, OF_COSTS = 0.5, 0.5
 # of the logarithm of the error that is likely
 SAME_LAYOUT, OTHER_LAYOUT = 0.01, 0.1
-LEAST_GAIN = 0.02  # expected saving that a layout more is worth
+# expected saving that a layout more is worth; of costs that are counted, not estimated
+LEAST_GAIN, LEAST_COUNTED_GAIN = 0.02, 0.005
+# of the logarithm of a cost that was not counted: nearly all plans are less far away
+# from what others have shown of them
+FAR_IN_COST = 0.15
 LAYOUT = (
     "scale_number",
     "high_scale_number",
@@ -143,6 +149,7 @@ def check_plans(
     patience=PATIENCE,
     judge=None,
     cost=None,
+    count=None,
     progress=None,
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
@@ -158,12 +165,16 @@ def check_plans(
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
     of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
-    cost of the row; ``progress(title, fraction)`` is told.
+    cost of the row; ``count(plan)`` what it would cost as it is laid out, for each km²,
+    where rows have but an estimate: asked of plans that may be the cheapest, before one
+    is propagated; None where counting has taken enough. ``progress(title, fraction)``
+    is told.
     """
     cost = cost or (lambda plan: plan["cost"])
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     tried, refused, dropped = [], [], {}
-    trials = _Trials(_with_several_coverages(search), search.target, patience, enough)
+    plans = _with_several_coverages(search)
+    trials = _Trials(plans, search.target, patience, enough, count)
     while len(tried) < most and len(refused) < MOST_REFUSED:
         plan = trials.next()
         if plan is None:
@@ -243,10 +254,11 @@ class _Trials:
     target: float
     patience: int  # misses before all plans are taken to be as bad
     enough: int  # plans that are kept
+    count: Callable | None = None  # cost of a plan that is laid out, None for no more
 
     def __post_init__(self):
         n_plans = len(self.plans)
-        self.closed, self.cost = (
+        self.closed, self.estimate = (
             self.plans[name].to_numpy(dtype=float) for name in ("reached", "cost")
         )
         self.m_g = m_g_of_mean(
@@ -255,9 +267,12 @@ class _Trials:
         self.steps = _steps_of(self.plans)
         self.is_left = np.ones(n_plans, dtype=bool)
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
-        self.weight = np.full(n_plans, WEIGHT_OF_ESTIMATE)
-        self.log_ratio = np.zeros(n_plans)  # sums of weights times log reached/closed
+        self.counted = np.full(n_plans, np.nan)  # costs
+        self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
+        self.errors = _Shown(self.steps, OF_ERRORS)
+        self.costs = _Shown(self.steps, OF_COSTS)
         self.kept, self.missed = [], []  # costs; reached over the closed estimate
+        self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
 
     def next(self):
         """Give the plan that is to be tried next, None where none is worth it.
@@ -265,35 +280,66 @@ class _Trials:
         The cheapest of those left that is likely to be kept, or else the most precise
         of all; where ``enough`` are kept, what promises most to be cheaper.
         """
-        if not self.is_left.any():
-            return None
-        likely = self.likely()
-        is_good = self.is_left & (likely <= self.target)
-        if is_good.any() and len(self.kept) < self.enough:
-            return self._taken(_first(is_good, self.cost, likely))
-        if self.kept:
-            gain = self._gain(likely)
-            place = int(np.argmax(gain))
-            return self._taken(place) if gain[place] >= LEAST_GAIN else None
-        if self.missed and not self.promise:
-            return None
-        return self._taken(_first(self.is_left, likely, self.cost))
+        while self.is_left.any():
+            likely, costs = self.likely(), self.likely_costs()
+            is_good = self.is_left & (likely <= self.target)
+            if is_good.any() and len(self.kept) < self.enough:
+                place = _first(is_good, costs, likely)
+            elif self.kept:
+                gain = self._gain(likely, costs)
+                place = int(np.argmax(gain))
+                if gain[place] < self.least_gain:
+                    return None
+            elif self.missed and not self.promise:
+                return None
+            else:
+                return self._taken(_first(self.is_left, likely, costs))
+            if self.count is None or self.is_asked[place]:
+                return self._taken(place)
+            self._count(place)
+        return None
+
+    def _count(self, place):
+        """Count what a plan costs, which may no longer be the cheapest then."""
+        self.is_asked[place] = True
+        try:
+            cost = self.count(self.plans.iloc[place])
+        except EinschaltError:
+            return  # it is tried as it is, and refused with this reason
+        if cost is None:
+            self.count = None
+        elif min(cost, self.estimate[place]) > 0.0:
+            self.counted[place] = cost
+            self.costs.learn(place, cost / self.estimate[place])
+
+    def likely_costs(self):
+        """Cost of each plan, as far as is known; what may be counted may be less."""
+        likely = self.estimate * self.costs.ratios
+        if self.count is not None:
+            likely = np.where(self.is_asked, likely, likely * np.exp(-FAR_IN_COST))
+        return np.where(np.isfinite(self.counted), self.counted, likely)
 
     def _taken(self, place):
         self.is_left[place] = False
         return self.plans.iloc[place]
 
-    def _gain(self, likely):
-        """Expected saving of each plan that is left, as part of the cheapest kept."""
+    def _gain(self, likely, costs):
+        """Expected saving of each plan that is left, of the best and the next best.
+
+        As parts of the cheapest kept.
+        """
         spread = np.where(np.isfinite(self.of_layout), SAME_LAYOUT, OTHER_LAYOUT)
         chance = ndtr((np.log(self.target) - np.log(likely)) / spread)
-        saved = np.maximum(min(self.kept) - self.cost, 0.0)
-        saving = saved / max(min(self.kept), np.finfo(float).tiny)
+        first, *others = sorted(self.kept)
+        saved = np.maximum(first - costs, 0.0)
+        if others:
+            saved += np.maximum(others[0] - np.maximum(costs, first), 0.0)
+        saving = saved / max(first, np.finfo(float).tiny)
         return np.where(self.is_left, chance * saving, 0.0)
 
     def likely(self):
         """Error that each plan will have, as far as is known [m]."""
-        likely = self.closed * np.exp(self.log_ratio / self.weight)
+        likely = self.closed * self.errors.ratios
         if len(self.missed) > self.patience and not self.kept:
             likely = np.maximum(likely, self.closed * max(self.missed))
         return np.where(np.isfinite(self.of_layout), self.of_layout, likely)
@@ -320,21 +366,39 @@ class _Trials:
         place = self.plans.index.get_loc(plan.name)
         ratio = reached / self.closed[place]
         if ratio > 0.0:  # not where the estimate knows no bound
-            nearness = np.exp(-np.abs(self.steps - self.steps[place]).sum(axis=1))
-            self.weight += nearness
-            self.log_ratio += nearness * np.log(ratio)
+            self.errors.learn(place, ratio)
         is_same = self._has_layout_of(plan)
         control = checked.propagated.share_of_control
         measuring = (1.0 - control) * (self.m_g[is_same] / self.m_g[place]) ** 2
         self.of_layout[is_same] = reached * np.sqrt(control + measuring)
         if checked.is_kept:
-            self.kept.append(plan["cost"])
+            self.kept.append(self.likely_costs()[place])
         else:
             self.missed.append(ratio)
 
     def _has_layout_of(self, plan):
         names = list(LAYOUT)
         return self.plans[names].eq(plan[names]).all(axis=1).to_numpy()
+
+
+class _Shown:
+    """What layouts are more or less than their estimates, for plans near them."""
+
+    def __init__(self, steps, weight):
+        self.steps = steps
+        self.weight = np.full(len(steps), weight)
+        self.log_ratio = np.zeros(len(steps))  # sums of weights times logarithms
+
+    def learn(self, place, ratio):
+        """Take what the plan at a place is, over its estimate."""
+        nearness = np.exp(-np.abs(self.steps - self.steps[place]).sum(axis=1))
+        self.weight += nearness
+        self.log_ratio += nearness * np.log(ratio)
+
+    @property
+    def ratios(self):
+        """What each plan is likely to be, over its estimate."""
+        return np.exp(self.log_ratio / self.weight)
 
 
 def _first(is_among, *keys):

@@ -60,8 +60,18 @@ def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False)
     photographs = _within_limit(photographs, frame.max_height, heights, follows=follows)
     lines = _lines(photographs, plan)
     control = _control(layout, frame, heights)
-    effort = _effort(layout, plan, frame, photographs, control)
-    return FlightPlan(lines, photographs, control, effort)
+    return FlightPlan(lines, photographs, control, effort(layout, plan, frame))
+
+
+def _stations(flown, coverage):
+    """Strip, and place in it, of the photographs of a coverage, line by line."""
+    n_along, _ = flown.rasters[coverage].shape
+    strip, place = np.divmod(flown.place[flown.coverage == coverage], n_along)
+    # a model is made by the photograph at its place and the next
+    both = np.concatenate(
+        [np.column_stack([strip, place]), np.column_stack([strip, place + 1])]
+    )
+    return np.unique(both, axis=0).T
 
 
 def _photographs(layout, flight):
@@ -69,13 +79,8 @@ def _photographs(layout, flight):
     flown, tables = layout.flights[flight], []
     letter = LETTER[flight]
     for k, raster in enumerate(flown.rasters):
+        strip, place = _stations(flown, k)
         n_along, _ = raster.shape
-        strip, place = np.divmod(flown.place[flown.coverage == k], n_along)
-        # a model is made by the photograph at its place and the next
-        both = np.concatenate(
-            [np.column_stack([strip, place]), np.column_stack([strip, place + 1])]
-        )
-        strip, place = np.unique(both, axis=0).T
         centres = raster.images().centres()[strip * (n_along + 1) + place]
         is_new = np.ones(len(strip), dtype=bool)
         is_new[1:] = (np.diff(strip) != 0) | (np.diff(place) != 1)
@@ -216,17 +221,25 @@ def _control(layout, frame, heights):
     )
 
 
-def _effort(layout, plan, frame, photographs, control):
-    """Amounts over the whole area; settings by the points that are wanted."""
+def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
+    """Amounts over the whole area; settings by the points that are wanted.
+
+    ``plan`` is the row of the search; gives item, amount, price and cost.
+    """
     values = sum(len(layout.oriented(flight).point) for flight in FLIGHTS)
     denser = (layout.geometry.point_spacing / float(plan["spacing"])) ** 2
     settings = round(values * denser * int(plan["n_settings"]))
+    images = sum(
+        _stations(layout.flights[flight], k).shape[1]
+        for flight in FLIGHTS
+        for k in range(len(layout.flights[flight].rasters))
+    )
     models = sum(layout.flights[flight].n_models for flight in FLIGHTS)
     amounts = {
-        "image": len(photographs),
+        "image": images,
         "model": models,
         "setting": settings,
-        "control_point": len(control),
+        "control_point": len(layout.control),
     }
     prices = [float(getattr(frame.costs, item)) for item in amounts]
     table = pd.DataFrame(

@@ -22,6 +22,7 @@ from einschalt.pipeline.planning.advice.points_in_models import (
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
+    effort,
     flight_plan,
     require_overlap,
     said_of_limit,
@@ -39,7 +40,12 @@ from einschalt.pipeline.planning.area.layout import (
     require_size,
 )
 from einschalt.pipeline.planning.arguments import flown_model
-from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
+from einschalt.pipeline.planning.check import (
+    LAYOUT,
+    CheckedPlan,
+    check_plans,
+    design_of,
+)
 from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
 from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
@@ -49,10 +55,15 @@ from einschalt.stages.results import Result
 FEWEST_IN_A_MODEL = 8
 """Points that a model of the checked layout holds at least; else a part is checked."""
 MOST_POINTS = 200_000
+# points in models of all layouts that are counted, and what the smallest takes as much
+# time as: a second, about
+MOST_COUNTED, LEAST_COUNTED = 500_000, 5_000
 MOST_LEFT_OUT = 0.002
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
-MOST_TRIED, PATIENCE, ENOUGH = 10, 4, 4
+MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 4
+# where each takes a second or more, of areas of so many points
+LARGE, MOST_OF_LARGE = 20_000, 10
 COLUMN_OF_ITEM = {
     "image": "images",
     "model": "models",
@@ -155,34 +166,35 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
-    laid, wholes = {}, {}
+    layouts, wholes = _Layouts(area, frame), {}
     search, left_out = _that_fit(area, search, frame)
+    is_large = area.shape.area > LARGE * search.plans["spacing"].min() ** 2
     follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
-        found = laid_out(area, plan, frame)
+        found = layouts.of(plan)
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
             _require_densified(found.layout, plan["spacing"])
-        laid[plan.name] = found
         if heights is not None:  # ground may be too high anywhere in the area
             whole(plan)
         return propagate(found.layout)
 
     def whole(plan):
         if plan.name not in wholes:
-            given = (area, plan, laid, frame, heights, follows)
+            given = (area, plan, layouts.of(plan), frame, heights, follows)
             wholes[plan.name] = _whole(*given)
         return wholes[plan.name]
 
     checked = check_plans(
         *(search, frame),
-        most=MOST_TRIED,
+        most=MOST_OF_LARGE if is_large else MOST_TRIED,
         patience=PATIENCE,
         enough=ENOUGH,
         judge=judge,
         # by what the area takes, not by the estimate
         cost=lambda plan: whole(plan)[1].cost,
+        count=layouts.cost,
         progress=progress,
     )
     layout, flown, said = whole(checked.plan)
@@ -191,7 +203,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
         next_flown = whole(other.plan)[1]
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
-    part = laid[best.plan.name]
+    part = layouts.of(best.plan)
     notes = [*said, *_note_of_part(part), *left_out]
     parts = (area, search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes), frame, heights, follows)
@@ -277,9 +289,8 @@ def _priced(checked, effort, area):
     return replace(checked, plan=plan)
 
 
-def _whole(area, plan, laid, frame, heights, follows):
+def _whole(area, plan, found, frame, heights, follows):
     """Lay a plan out over the whole area, if that was not done when it was judged."""
-    found = laid[plan.name]
     layout = found.layout
     if found.is_part:
         layout = lay_out(area, design_over(area, design_of(plan, frame), np.inf))
@@ -303,6 +314,38 @@ def design_over(area, design, most_work=MOST_WORK) -> FlightDesign:
         most_work=most_work,
         spacing=max(design.spacing, thinnest),
     )
+
+
+class _Layouts:
+    """Layouts of plans over an area: one for all that are measured in other ways."""
+
+    def __init__(self, area, frame):
+        self.area, self.frame = area, frame
+        self._known, self._work = {}, 0
+
+    def of(self, plan):
+        """Give the layout of a row of a search, with its errors of measuring."""
+        key = tuple(plan[list(LAYOUT)])
+        if key not in self._known:
+            self._known[key] = laid_out(self.area, plan, self.frame)
+        found, usual = self._known[key], design_of(plan, self.frame)
+        errors = {"m_g_um": usual.m_g_um, "high_m_g_um": usual.high_m_g_um}
+        design = replace(found.layout.design, **errors)
+        return replace(found, layout=replace(found.layout, design=design))
+
+    def cost(self, plan):
+        """Count what a plan costs for each km²; None where that would take too long."""
+        if self._work > MOST_COUNTED:
+            return None
+        n_known = len(self._known)
+        found = self.of(plan)
+        if found.is_part:
+            return None
+        if len(self._known) > n_known:
+            flights = found.layout.flights.values()
+            self._work += LEAST_COUNTED + sum(len(flown.point) for flown in flights)
+        costs = effort(found.layout, plan, self.frame)["cost"]
+        return costs.sum() / self.area.square_km
 
 
 def laid_out(area, plan, frame):
