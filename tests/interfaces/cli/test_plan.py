@@ -316,3 +316,24 @@ def test_a_price_of_thousands_is_no_decimal(invoke):
     shown = invoke("plan", "--target", "5cm", "--costs", "image=1,000")
     assert shown.exit_code == 2
     assert "expected costs as image=10,model=20" in " ".join(shown.stderr.split())
+
+
+def test_a_height_limit_that_is_none_is_refused(invoke):
+    for options in ((), ("--area", "a.geojson")):
+        shown = invoke("plan", "--target", "5cm", "--max-height", 0, *options)
+        assert shown.exit_code == 2
+    shown = invoke("plan", "--target", "5cm", "--spacing", "250m", "--max-height", 0)
+    assert "max_height = 0.0; expected 5 to 20000 metres" in shown.stderr
+
+
+def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_path):
+    options = ("--target", "1mm", "--scale-number", 8000, "--spacing", 600)
+    shown = invoke("plan", *options, "--output", tmp_path / "out")
+    assert shown.exit_code == 1
+    text = " ".join(shown.stdout.split())
+    assert "models hold so few points that the estimate knows no bound" in text
+    assert "comes to –" not in text
+    assert "would help by the closed estimate: points 300 m apart" in text
+    assert text.count(": –") == 0
+    drawn = (tmp_path / "out" / "plans.svg").read_text("utf-8")
+    assert "The estimate bounds the error of no plan." in drawn

@@ -103,10 +103,13 @@ def _next_best(checked):
 
 def expected_figures(expected):
     """What a layout is expected to give, for programs [m, TOTAL]."""
+    new = expected.points[expected.points["role"] == "new"]
     return {
         **vars(expected.figures),
+        "percentile_95": expected.figures.worst,
+        "largest": float(new["standard_error_total"].max()),
         **{f"from_{source}": size for source, size in expected.parts.items()},
-        "n_new": int((expected.points["role"] == "new").sum()),
+        "n_new": len(new),
         "n_control": expected.n_control,
         "n_high_models": expected.n_high_models,
         "n_low_models": expected.n_low_models,
@@ -220,7 +223,7 @@ def _usual_scales(asked):
     scales = asked.flight.preset.scale_numbers
     half, thrice = HALF_TO_THRICE
     low, high = half * min(scales), thrice * max(scales)
-    limit = max_height_of(asked)
+    limit = frame_of(asked).max_height  # as far as it is one
     if limit is not None:
         lowest = min(asked.numbers("high_over_low", PlanChoices.high_over_low))
         high = min(high, limit / asked.flight.principal_distance / lowest)

@@ -1,6 +1,7 @@
 """Plans by cost and precision, with those that no other beats."""
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.ticker import FuncFormatter
 
 from einschalt.foundations.language import figure as figure_text
@@ -42,6 +43,11 @@ def plans_title(search):
 
 def draw_plans(panel, search, checked=None):
     """Draw all plans on logarithmic axes, the target, and the plan to take."""
+    if not np.isfinite(search.plans["reached"]).any():
+        panel.set_axis_off()
+        text = translated("The estimate bounds the error of no plan.")
+        note(panel, text, (0.5, 0.5), xycoords="axes fraction", ha="center")
+        return
     _draw_dots(panel, search)
     panel.set(xscale="log", yscale="log", xlabel=translated("cost for each km²"))
     panel.set_ylabel(translated("total error at the place of the target [cm]"))

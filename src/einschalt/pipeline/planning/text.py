@@ -56,7 +56,8 @@ LIMITS = mark_each(
     }
 )
 SEVERAL_COVERAGES = mark(
-    "With several coverages it is the error of their mean, alike at every place."
+    "With several coverages it is the root mean square of the means of all points, "
+    "wherever they lie in models; single ones are worse."
 )
 ONE_COVERAGE = mark(
     "One coverage has no other to be compared with: gross errors stay unseen, and only "
@@ -298,7 +299,7 @@ def describe_verdict(search) -> str:
     best = search.nearest
     facts = {
         "target": length(search.target),
-        "place": translated(PLACES[search.where]),
+        "place": _place_of(best, search.where),
         "formula": translated(FORMULAS[search.by]),
         "plan": describe_plan(best),
         "n_all": len(search.plans),
@@ -310,16 +311,29 @@ def describe_verdict(search) -> str:
             n=len(search.feasible),
             **facts,
         )
-    nearest = translated(
+    message = mark(
         "No plan of {n_all} reaches {target} ({place}, {formula}). The nearest comes "
-        "to {reached}: {plan}.",
-        reached=_nearest(best["reached"], search.target),
-        **facts,
+        "to {reached}: {plan}."
     )
+    if not np.isfinite(best["reached"]):
+        message = mark(
+            "No plan of {n_all} reaches {target} ({place}, {formula}): models hold so "
+            "few points that the estimate knows no bound of the error, such as of "
+            "{plan}."
+        )
+    reached = _nearest(best["reached"], search.target)
+    nearest = translated(message, reached=reached, **facts)
     limit = translated(LIMITS[best["limited_by"]])
     limited = translated("It is limited by {limit}.", limit=limit)
     parts = [nearest, limited, describe_efforts(search), f"{describe_heights(best)}."]
     return " ".join(part for part in parts if part)
+
+
+def _place_of(plan, where):
+    """Say where the error of a plan is: with several coverages, that of all points."""
+    if plan["n_coverages"] > 1:
+        return translated("RMS of all points")
+    return translated(PLACES[where])
 
 
 def describe_efforts(search) -> str:

@@ -90,7 +90,7 @@ def further_efforts(
             continue
         does = [k for k, error in enumerate(errors) if error <= target]
         k = does[0] if does else int(np.argmin(errors))
-        if errors[k] <= (1.0 - LEAST_GAIN) * best:
+        if np.isfinite(errors[k]) and errors[k] <= (1.0 - LEAST_GAIN) * best:
             found.append(FurtherEffort(name, values[k], errors[k]))
     found.sort(key=lambda effort: effort.reached)
     together = error_with({effort.name: effort.value for effort in found})
