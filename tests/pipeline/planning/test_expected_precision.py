@@ -159,6 +159,28 @@ def test_crowded_models_are_laid_out_with_fewer_points():
     assert "apart instead of 10, which hardly matters" in said
 
 
+def test_fewer_points_have_the_control_and_the_errors_of_all():
+    """They had other control, over areas of other extents: errors 11 % larger."""
+    thinned = FlightDesign(
+        scale_number=8000,
+        spacing=5,
+        m_g_um=1.9,
+        image_format=(0.013, 0.0173),
+        principal_distance=0.0123,
+        forward_overlap=0.8,
+        side_overlap=0.6,
+    )
+    closer = replace(thinned, most_work=8.0 * thinned.most_work)
+    assert (thinned.layout_spacing, closer.layout_spacing) == pytest.approx(
+        (9.9, 5.0), abs=0.1
+    )
+    few, many = map(expect_precision, (thinned, closer))
+    assert few.n_control == many.n_control
+    assert few.n_high_models == many.n_high_models
+    assert few.n_low_models == many.n_low_models
+    assert few.figures.mean == pytest.approx(many.figures.mean, rel=0.03)
+
+
 def test_something_else_is_refused():
     with pytest.raises(SettingsError, match="a FlightDesign"):
         expect_precision({"scale_number": 8000})

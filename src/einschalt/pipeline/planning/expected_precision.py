@@ -8,7 +8,7 @@ on what is measured; so a layout is enough.
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -180,7 +180,9 @@ class PropagatedBlock:
 
 def propagate_design(design, *, seed=0, **means) -> PropagatedBlock:
     """Lay a design out and propagate it; as :func:`expect_precision`."""
-    set_anew = partial(set_scene, design.geometry(), design.noise(), seed)
+    geometry = replace(design.geometry(), point_spacing=float(design.spacing))
+    given = geometry, design.noise(), seed
+    set_anew = partial(set_scene, *given, spacing=design.layout_spacing)
     return propagate_scene(set_anew, design, **means)
 
 

@@ -102,9 +102,9 @@ class FlightDesign:
     def layout_spacing(self) -> float:
         """Distance of the points of the layout [m].
 
-        Where dozens of models hold a point it is larger than planned: fewer points make
-        the same errors, to some 2 %, since little of them comes from the noise of
-        single points.
+        Where dozens of models hold a point it is larger than planned: fewer points,
+        with the same control, make errors that are the same or up to 5 % larger, since
+        little of them comes from the noise of single points.
         """
         width, height = self.extent
         n_points = width * height / self.spacing**2

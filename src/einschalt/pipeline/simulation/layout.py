@@ -10,6 +10,7 @@ import numpy as np
 
 from einschalt.foundations.errors import SettingsError
 
+FEWEST_IN_ROW = 3
 TOLERANCE = 1e-6  # metres on the ground: lattice and footprint are sums of decimals
 N_WAVES = 8  # enough for a terrain without a visible direction
 LONGEST_WAVE, SHORTEST_WAVE = 6000.0, 2000.0  # metres
@@ -50,25 +51,34 @@ def shape_terrain(geometry, rng) -> Terrain:
     )
 
 
-def scatter_points(geometry, rng):
+def scatter_points(geometry, rng, spacing=None):
     """Lay the points on a lattice and displace each a little.
 
-    The outermost points are moved inward only, so that the models that cover the
-    lattice hold them all.
-
-    Easting, northing from the centre of the area (n_points, 2) [m], row by row from the
-    north-west. The outermost points are moved inward only, so that the models that
-    cover the lattice hold them all.
+    ``spacing`` [m]: where they stand for closer ones, each in the middle of what it
+    stands for. Easting, northing from the centre of the area (n_points, 2) [m], row by
+    row from the north-west. The outermost points are moved inward only, so that the
+    models that cover the lattice hold them all.
     """
     east, north = geometry.half_extent
-    column = np.linspace(-east, east, geometry.n_columns)
-    row = np.linspace(north, -north, geometry.n_rows)
+    if spacing is None:
+        column = np.linspace(-east, east, geometry.n_columns)
+        row = np.linspace(north, -north, geometry.n_rows)
+        reach = geometry.jitter * geometry.point_spacing
+    else:
+        own = geometry.point_spacing / 2.0
+        column, row = (_middles(half + own, spacing) for half in (east, north))
+        reach = geometry.jitter * spacing
     place = np.stack(np.meshgrid(column, row), axis=-1).reshape(-1, 2)
-    reach = geometry.jitter * geometry.point_spacing
     moved = rng.uniform(-reach, reach, place.shape)
     is_outermost = np.abs(place) > np.array([east, north]) - TOLERANCE
     inward = -np.sign(place) * np.abs(moved)
     return place + np.where(is_outermost, inward, moved)
+
+
+def _middles(half, spacing):
+    """Middles of cells of about a size, that fill a line [m]."""
+    n = max(FEWEST_IN_ROW, round(2.0 * half / spacing))
+    return (2.0 * np.arange(n) + 1.0 - n) * (half / n)
 
 
 def name_points(n_points):
@@ -299,27 +309,45 @@ def choose_control(geometry, layout, position):
     Wanted are the corners and the centre (or 3 x 3 places) of the neat model, enlarged
     by ``control_reach`` and moved to the border of the block where they lie outside: so
     neighbouring models, and those of the other coverage, share most of their control.
-    The nearest point of the model that is still free is taken.
-
-    Wanted are the corners and the centre (or 3 x 3 places) of the neat model, enlarged
-    by ``control_reach`` and moved to the border of the block where they lie outside: so
-    neighbouring models, and those of the other coverage, share most of their control.
     The nearest point of the model that is still free is taken. Gives places of points,
     (n_models, 5 or 9).
     """
-    half = geometry.control_reach * _neat_half(geometry, layout)
-    extent = np.array(geometry.half_extent)
     start = np.searchsorted(layout.model, np.arange(layout.n_models))
     is_free = np.ones(len(layout.model), dtype=bool)
     chosen = []
-    for place in CONTROL_PLACES[geometry.control_per_model]:
-        wanted = np.clip(layout.centre + half * np.array(place), -extent, extent)
+    for wanted in _wanted_control(geometry, layout):
         away = position[layout.point] - wanted[layout.model]
         distance = np.where(is_free, np.hypot(*away.T), np.inf)
         nearest = np.lexsort((distance, layout.model))[start]
         is_free[nearest] = False
         chosen.append(layout.point[nearest])
     return np.column_stack(chosen)
+
+
+def _wanted_control(geometry, layout):
+    """Where each model wants control, (5 or 9, n_models, 2) [m]."""
+    half = geometry.control_reach * _neat_half(geometry, layout)
+    extent = np.array(geometry.half_extent)
+    places = np.array(CONTROL_PLACES[geometry.control_per_model])
+    return np.clip(layout.centre + half * places[:, None], -extent, extent)
+
+
+def with_control_of_all(geometry, layout, position):
+    """Give few points control that stands where it would among all of them.
+
+    Each wanted place is moved to the nearest node of their lattice. Gives the control
+    first, then the others, of which the nearest have made room; and how many control
+    points there are.
+    """
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when points are thinned
+
+    corner, spacing = -np.array(geometry.half_extent), geometry.point_spacing
+    wanted = _wanted_control(geometry, layout).reshape(-1, 2) - corner
+    control = np.unique(np.round(wanted / spacing), axis=0) * spacing + corner
+    control = np.clip(control, corner, -corner)
+    nearest = KDTree(position).query(control)[1]
+    others = np.delete(position, np.unique(nearest), axis=0)
+    return np.concatenate([control, others]), len(control)
 
 
 def leave_control_of_others(layout, control) -> FlightLayout:

@@ -24,6 +24,7 @@ from einschalt.pipeline.simulation.layout import (
     name_points,
     scatter_points,
     shape_terrain,
+    with_control_of_all,
 )
 from einschalt.pipeline.simulation.measurements import (
     GROSS_ERROR_COLUMNS,
@@ -284,13 +285,26 @@ class Scene:
         return max(getattr(self.noise, f"{flight}_m_g_um"), LEAST_M_G_UM)
 
 
-def set_scene(geometry, noise, seed) -> Scene:
-    """Lay both flights of a block over its points, and choose control."""
+def set_scene(geometry, noise, seed, *, spacing=None) -> Scene:
+    """Lay both flights of a block over its points, and choose control.
+
+    ``spacing`` [m]: where fewer points stand for all of them, among which control is
+    chosen.
+    """
     streams = _streams(seed)
-    position = scatter_points(geometry, streams["points"])
+    is_thinned = spacing is not None and spacing > geometry.point_spacing
+    given = geometry, streams["points"], *((spacing,) if is_thinned else ())
+    position, n_control = scatter_points(*given), 0
     terrain = shape_terrain(geometry, streams["terrain"])
+    if is_thinned:
+        high = lay_flight(geometry, "high_flight", position)
+        position, n_control = with_control_of_all(geometry, high, position)
     layouts = {flight: lay_flight(geometry, flight, position) for flight in FLIGHTS}
-    control = choose_control(geometry, layouts["high_flight"], position)
+    high = layouts["high_flight"]
+    if n_control:
+        is_there = high.point < n_control
+        high = replace(high, model=high.model[is_there], point=high.point[is_there])
+    control = choose_control(geometry, high, position)
     is_control = np.zeros(len(position), dtype=bool)
     is_control[control] = True
     if not geometry.shares_control and geometry.measurement != "images":
