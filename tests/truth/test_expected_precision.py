@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.truth.long_form.planning import DESIGNS, true_squares
 
-from einschalt.pipeline.planning.effort import flights_of
+from einschalt.pipeline.planning.advice.effort import flights_of
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.theory.planning.expected_precision import expected_parts
 

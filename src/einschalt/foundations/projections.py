@@ -341,6 +341,26 @@ def _geocentric(crs):
     return pyproj.CRS.from_json_dict({**system, "coordinate_system": axes})
 
 
+def beyond_use(easting, northing, crs):
+    """How far a place lies outside of where a system is used, and where it is.
+
+    [degrees], longitude and latitude; 0.0 where the system does not say where that is,
+    infinite where the place is none on the Earth.
+    """
+    crs = read_source_crs(crs)
+    longitude, latitude = degrees_of(easting, northing, crs)
+    area = crs.area_of_use
+    if not np.isfinite([longitude, latitude]).all():
+        return np.inf, longitude, latitude
+    if area is None or area.west > area.east:  # or over the antimeridian
+        return 0.0, longitude, latitude
+    beyond = (
+        *(area.west - longitude, longitude - area.east),
+        *(area.south - latitude, latitude - area.north),
+    )
+    return max(0.0, *beyond), longitude, latitude
+
+
 def scale_range(easting, northing, crs):
     """Smallest and largest scale of a plane system in the middle of some points.
 

@@ -176,3 +176,22 @@ def test_ground_that_is_too_high_is_refused(invoke, folder, tmp_path):
     assert shown.exit_code == 2
     assert "the ground rises" in shown.stderr
     assert "expected more than 50 % forward" in " ".join(shown.stderr.split())
+
+
+def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, invoke):
+    """Exchanged easting and northing: all was computed, and nothing written."""
+    area = tmp_path / "area.geojson"
+    corners = [(0, 0), (4000, 0), (4000, 3000), (0, 3000), (0, 0)]
+    ring = [[320_000 + x, 10_000 + y] for x, y in corners]
+    system = {"type": "name", "properties": {"name": "EPSG:31255"}}
+    area.write_text(
+        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
+    )
+    options = ("--target", "6cm", "--spacing", 250, "--scale-number", 9000)
+    output = ("--output", tmp_path / "plan")
+    shown = invoke("plan", *options, "--area", area, *output)
+    assert shown.exit_code == 0, shown.stderr
+    assert "flight_plan.kml was left out: " in shown.stderr
+    assert "are its coordinates exchanged" in " ".join(shown.stdout.split())
+    assert (tmp_path / "plan" / "flight_plan.gpkg").exists()
+    assert not (tmp_path / "plan" / "flight_plan.kml").exists()

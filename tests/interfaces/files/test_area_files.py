@@ -13,7 +13,7 @@ from einschalt.interfaces.files.geopackage import write_layers
 from einschalt.interfaces.files.map_layers import Layer
 from einschalt.interfaces.files.map_shapes import shapes as as_wkb
 
-UTM = "EPSG:32633"
+UTM, LOCAL = "EPSG:32633", "EPSG:31255"
 CENTRE = [500_000.0, 5_300_000.0]
 
 
@@ -147,3 +147,15 @@ def test_systems_that_stretch_the_area_are_no_metres(tmp_path):
     degrees = write(tmp_path / "b.geojson", box(0.1, 0.05, 13.6, 48.0), crs=None)
     with pytest.raises(EinschaltError, match=r"on the ground is 1\.49 m"):
         read_area(degrees, crs="EPSG:3857")
+
+
+def test_areas_far_from_where_their_system_is_used_are_asked_about(tmp_path):
+    """Exchanged easting and northing, or longitude and latitude."""
+    usual = write(tmp_path / "a.geojson", box(5000, 4000, 20_000, 320_000), crs=LOCAL)
+    assert read_area(usual).notes == ()
+    path = write(tmp_path / "b.geojson", box(4000, 5000, 320_000, 20_000), crs=LOCAL)
+    (note,) = read_area(path).notes
+    assert "far from where this system is used: are its coordinates exchanged" in note
+    path = write(tmp_path / "c.geojson", box(0.05, 0.1, 48.0, 13.6), crs=None)
+    with pytest.raises(EinschaltError, match=r"\(longitude comes first\)"):
+        read_area(path, crs=LOCAL)

@@ -17,13 +17,13 @@ from einschalt.pipeline.planning.area.layout import MOST_MODELS, models_over
 from einschalt.pipeline.planning.arguments import PlanCosts
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import (
-    LAYOUT,
     MOST_REFUSED,
     check_plans,
     design_of,
 )
 from einschalt.pipeline.planning.expected_precision import propagate_design
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+from einschalt.pipeline.planning.trials import LAYOUT
 
 CHOICES = PlanChoices(
     scale_number=(5800, 6800, 8100, 9500, 11200),

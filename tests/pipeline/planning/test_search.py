@@ -8,10 +8,8 @@ import pytest
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
-from einschalt.pipeline.planning import check
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import (
-    LAYOUT,
     CheckedPlan,
     check_plans,
     design_of,
@@ -27,6 +25,7 @@ from einschalt.pipeline.planning.search import (
     find_plans,
 )
 from einschalt.pipeline.planning.text import missed_in_cm
+from einschalt.pipeline.planning.trials import LAYOUT, Trials
 
 CHOICES = PlanChoices(
     scale_number=(5000, 7000, 9000, 12000),
@@ -382,7 +381,7 @@ def test_a_plan_that_the_estimate_takes_for_too_bad_is_found():
 
 
 def test_settings_more_of_a_layout_are_known_from_it(found):
-    trials = check._Trials(found.plans, 0.05, patience=3, enough=2)
+    trials = Trials(found.plans, 0.05, patience=3, enough=2)
     plan = found.plans[found.plans["n_settings"] == 1].iloc[0]
     design = design_of(plan, PlanFrame())
     trials.learn(CheckedPlan(plan, propagate_design(design), 0.06, 0.05))

@@ -12,8 +12,8 @@ import numpy as np
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.planning.advice.effort import flights_of
 from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.effort import flights_of
 from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.simulation.repetitions import true_errors

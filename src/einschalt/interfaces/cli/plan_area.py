@@ -1,5 +1,9 @@
 """An answer of ``einschalt plan``: the flight plan over an area."""
 
+from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.language import mark, translated
+from einschalt.foundations.told_errors import told
+from einschalt.interfaces.cli.exits import print_error
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
     choices_of,
@@ -97,6 +101,12 @@ def _write_maps(plan, folder):
     from einschalt.interfaces.programs import flight_plan_kml  # noqa: PLC0415
 
     flight_plan_map.write_flight_plan(plan, folder / flight_plan_map.FILE)
-    if plan.area.crs is not None:
-        kml = folder / flight_plan_kml.FILE
+    if plan.area.crs is None:
+        return
+    kml = folder / flight_plan_kml.FILE
+    try:
         flight_plan_kml.write_flight_plan_kml(plan, kml)
+    except ProjectionError as error:  # the plan itself needs no degrees
+        left_out = mark("{file} was left out: {reason}")
+        said = translated(left_out, file=flight_plan_kml.FILE, reason=told(error))
+        print_error(f"einschalt: {said}")

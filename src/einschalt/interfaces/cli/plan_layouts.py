@@ -16,14 +16,14 @@ from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
+from einschalt.pipeline.planning.advice.effort import describe_effort
+from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.arguments import RANGES
 from einschalt.pipeline.planning.check import check_plans
-from einschalt.pipeline.planning.effort import describe_effort
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
-from einschalt.pipeline.planning.text import describe_efforts
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)

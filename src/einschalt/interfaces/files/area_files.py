@@ -15,6 +15,7 @@ from einschalt.foundations.errors import EinschaltError, FileError, ProjectionEr
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
+    beyond_use,
     label_of,
     read_crs,
     read_source_crs,
@@ -37,6 +38,7 @@ FARTHEST_NORTH, FARTHEST_SOUTH = 84.0, -80.0  # degrees, of UTM
 NO_SYSTEM = (
     "The area has no reference system (--crs): the plan is a local one, without KML."
 )
+FAR_BEYOND = 2.0  # degrees: nearer, systems of neighbours are used as well
 WIDEST = 30.0  # degrees of longitude: beyond it the area lies over the antimeridian
 
 
@@ -169,7 +171,25 @@ def _as_area(drawn, crs):
     if len(shapes) > 1:
         notes.append(f"{len(shapes)} polygons of the file are one area.")
         shapes = [shapely.union_all(shapes)]
+    notes += _far_away(shapes[0], target)
     return FlightArea(shapes[0], target, tuple(notes))
+
+
+def _far_away(shape, crs):
+    """Ask about an area that lies where its system is not used."""
+    if crs is None:
+        return []
+    beyond, longitude, latitude = beyond_use(shape.centroid.x, shape.centroid.y, crs)
+    if beyond < FAR_BEYOND:
+        return []
+    place = "at no place on the Earth"
+    if np.isfinite(beyond):
+        place = f"at {longitude:.1f}° of longitude and {latitude:.1f}° of latitude"
+    said = (
+        f"In {label_of(crs)} the area lies {place}, far from where this system is "
+        "used: are its coordinates exchanged, or of another system?"
+    )
+    return [said]
 
 
 def _target(drawn, crs):
@@ -281,6 +301,16 @@ def _moved(shape, source, target):
         return shape  # it names none: taken as it is
     demand = Demand(GOOD_ENOUGH, "since it is the border of an area")
     systems = read_source_crs(source), read_crs(target)
-    return shapely.transform(
-        shape, lambda xy: reproject(xy, *systems, demand)[0][:, :2]
-    )
+    try:
+        return shapely.transform(
+            shape, lambda xy: reproject(xy, *systems, demand)[0][:, :2]
+        )
+    except ProjectionError as error:
+        east, north = shape.centroid.x, shape.centroid.y
+        raise ProjectionError(
+            f"the area, at {east:.7g}, {north:.7g} in {label_of(source)}, cannot be "
+            f"brought into {label_of(target)}",
+            expected="an area where both systems are used",
+            remedy="Are its coordinates exchanged (longitude comes first)? Is --crs "
+            "the system of the place?",
+        ) from error

@@ -1,11 +1,8 @@
 """Plans of a search held against the propagation on their own layouts."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
 import pandas as pd
-from scipy.special import ndtr
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.language import figure, in_english, mark, translated
@@ -19,6 +16,7 @@ from einschalt.pipeline.planning.expected_precision import (
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.text import PLACES, describe_plan, missed_in_cm
+from einschalt.pipeline.planning.trials import Trials
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 
@@ -26,22 +24,6 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
 MOST_REFUSED = 60  # layouts that cannot be flown
-# weights of estimates beside 1 of a layout that was propagated, or counted
-OF_ERRORS, OF_COSTS = 0.5, 0.5
-# of the logarithm of the error that is likely
-SAME_LAYOUT, OTHER_LAYOUT = 0.01, 0.1
-# expected saving that a layout more is worth; of costs that are counted, not estimated
-LEAST_GAIN, LEAST_COUNTED_GAIN = 0.02, 0.005
-# of the logarithm of a cost that was not counted: nearly all plans are less far away
-# from what others have shown of them
-FAR_IN_COST = 0.15
-LAYOUT = (
-    "scale_number",
-    "high_scale_number",
-    "spacing",
-    "n_coverages",
-    "control_per_model",
-)
 MOST_SAID = 8  # plans that miss the target
 RECOMMENDED = 2  # the plan that is recommended, and the next best
 
@@ -174,7 +156,7 @@ def check_plans(
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     tried, refused, dropped = [], [], {}
     plans = _with_several_coverages(search)
-    trials = _Trials(plans, search.target, patience, enough, count)
+    trials = Trials(plans, search.target, patience, enough, count)
     while len(tried) < most and len(refused) < MOST_REFUSED:
         plan = trials.next()
         if plan is None:
@@ -244,175 +226,6 @@ def _nearest_of(tried, refused, dropped, cost):
         else:
             return found
     raise refused[-1]
-
-
-@dataclass
-class _Trials:
-    """The plans that are left to be tried, and what the others have shown of them."""
-
-    plans: pd.DataFrame
-    target: float
-    patience: int  # misses before all plans are taken to be as bad
-    enough: int  # plans that are kept
-    count: Callable | None = None  # cost of a plan that is laid out, None for no more
-
-    def __post_init__(self):
-        n_plans = len(self.plans)
-        self.closed, self.estimate = (
-            self.plans[name].to_numpy(dtype=float) for name in ("reached", "cost")
-        )
-        self.m_g = m_g_of_mean(
-            *(self.plans[name].to_numpy() for name in ("m_g_um", "n_settings"))
-        )
-        self.steps = _steps_of(self.plans)
-        self.is_left = np.ones(n_plans, dtype=bool)
-        self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
-        self.counted = np.full(n_plans, np.nan)  # costs
-        self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
-        self.errors = _Shown(self.steps, OF_ERRORS)
-        self.costs = _Shown(self.steps, OF_COSTS)
-        self.kept, self.missed = [], []  # costs; reached over the closed estimate
-        self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
-
-    def next(self):
-        """Give the plan that is to be tried next, None where none is worth it.
-
-        The cheapest of those left that is likely to be kept, or else the most precise
-        of all; where ``enough`` are kept, what promises most to be cheaper.
-        """
-        while self.is_left.any():
-            likely, costs = self.likely(), self.likely_costs()
-            is_good = self.is_left & (likely <= self.target)
-            if is_good.any() and len(self.kept) < self.enough:
-                place = _first(is_good, costs, likely)
-            elif self.kept:
-                gain = self._gain(likely, costs)
-                place = int(np.argmax(gain))
-                if gain[place] < self.least_gain:
-                    return None
-            elif self.missed and not self.promise:
-                return None
-            else:
-                return self._taken(_first(self.is_left, likely, costs))
-            if self.count is None or self.is_asked[place]:
-                return self._taken(place)
-            self._count(place)
-        return None
-
-    def _count(self, place):
-        """Count what a plan costs, which may no longer be the cheapest then."""
-        self.is_asked[place] = True
-        try:
-            cost = self.count(self.plans.iloc[place])
-        except EinschaltError:
-            return  # it is tried as it is, and refused with this reason
-        if cost is None:
-            self.count = None
-        elif min(cost, self.estimate[place]) > 0.0:
-            self.counted[place] = cost
-            self.costs.learn(place, cost / self.estimate[place])
-
-    def likely_costs(self):
-        """Cost of each plan, as far as is known; what may be counted may be less."""
-        likely = self.estimate * self.costs.ratios
-        if self.count is not None:
-            likely = np.where(self.is_asked, likely, likely * np.exp(-FAR_IN_COST))
-        return np.where(np.isfinite(self.counted), self.counted, likely)
-
-    def _taken(self, place):
-        self.is_left[place] = False
-        return self.plans.iloc[place]
-
-    def _gain(self, likely, costs):
-        """Expected saving of each plan that is left, of the best and the next best.
-
-        As parts of the cheapest kept.
-        """
-        spread = np.where(np.isfinite(self.of_layout), SAME_LAYOUT, OTHER_LAYOUT)
-        chance = ndtr((np.log(self.target) - np.log(likely)) / spread)
-        first, *others = sorted(self.kept)
-        saved = np.maximum(first - costs, 0.0)
-        if others:
-            saved += np.maximum(others[0] - np.maximum(costs, first), 0.0)
-        saving = saved / max(first, np.finfo(float).tiny)
-        return np.where(self.is_left, chance * saving, 0.0)
-
-    def likely(self):
-        """Error that each plan will have, as far as is known [m]."""
-        likely = self.closed * self.errors.ratios
-        if len(self.missed) > self.patience and not self.kept:
-            likely = np.maximum(likely, self.closed * max(self.missed))
-        return np.where(np.isfinite(self.of_layout), self.of_layout, likely)
-
-    def refuse(self, plan):
-        """Leave out what has the layout of a plan that cannot be laid out."""
-        self.is_left &= ~self._has_layout_of(plan)
-
-    @property
-    def promise(self):
-        """Whether the closed estimate has plans that reach the target.
-
-        The nearest plan need not be looked for any further.
-        """
-        return bool((self.closed <= self.target).any())
-
-    def learn(self, checked):
-        """Take what a layout is better or worse than its estimate for its neighbours.
-
-        The same layout with other settings has the same errors, those of measuring in
-        proportion: as much or less with weights of their own.
-        """
-        plan, reached = checked.plan, checked.reached
-        place = self.plans.index.get_loc(plan.name)
-        ratio = reached / self.closed[place]
-        if ratio > 0.0:  # not where the estimate knows no bound
-            self.errors.learn(place, ratio)
-        is_same = self._has_layout_of(plan)
-        control = checked.propagated.share_of_control
-        measuring = (1.0 - control) * (self.m_g[is_same] / self.m_g[place]) ** 2
-        self.of_layout[is_same] = reached * np.sqrt(control + measuring)
-        if checked.is_kept:
-            self.kept.append(self.likely_costs()[place])
-        else:
-            self.missed.append(ratio)
-
-    def _has_layout_of(self, plan):
-        names = list(LAYOUT)
-        return self.plans[names].eq(plan[names]).all(axis=1).to_numpy()
-
-
-class _Shown:
-    """What layouts are more or less than their estimates, for plans near them."""
-
-    def __init__(self, steps, weight):
-        self.steps = steps
-        self.weight = np.full(len(steps), weight)
-        self.log_ratio = np.zeros(len(steps))  # sums of weights times logarithms
-
-    def learn(self, place, ratio):
-        """Take what the plan at a place is, over its estimate."""
-        nearness = np.exp(-np.abs(self.steps - self.steps[place]).sum(axis=1))
-        self.weight += nearness
-        self.log_ratio += nearness * np.log(ratio)
-
-    @property
-    def ratios(self):
-        """What each plan is likely to be, over its estimate."""
-        return np.exp(self.log_ratio / self.weight)
-
-
-def _first(is_among, *keys):
-    """Place of the least of some, by several keys."""
-    among = np.flatnonzero(is_among)
-    return among[np.lexsort([key[among] for key in reversed(keys)])[0]]
-
-
-def _steps_of(plans):
-    """Layouts in steps of which each makes the errors of two somewhat less alike."""
-    low, high = plans["scale_number"], plans["high_scale_number"]
-    logarithms = [np.log(part) for part in (low, high / low, plans["spacing"])]
-    is_nine = plans["control_per_model"] == 9
-    return np.column_stack([*logarithms, 0.5 * plans["n_coverages"], 0.5 * is_nine])
 
 
 def _with_several_coverages(search):

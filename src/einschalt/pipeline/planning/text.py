@@ -15,13 +15,13 @@ from einschalt.foundations.typesetting import (
     wrapped,
 )
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.theory.planning.kovarik_precision import settings_that_balance
 
 MOST_SCALES, MOST_SPACINGS, MOST_BLOCKS = 8, 10, 8
 SHOWN_PLANS = 10
 MOST_DECIMALS = 6  # of centimetres
-MOST_EFFORTS = 4
 SHOWN_POINTS = (5, 10, 15, 20, 30, 50, 100)
 BREAK_EVEN = mark(
     "Break-even at the edge: so many pointings at a point pay, beyond them m_t "
@@ -334,29 +334,6 @@ def _place_of(plan, where):
     if plan["n_coverages"] > 1:
         return translated("RMS of all points")
     return translated(PLACES[where])
-
-
-def describe_efforts(search) -> str:
-    """Say what helps that was not among the choices; nothing if it was not sought."""
-    if search.beyond is None:
-        return ""
-    efforts, together = search.beyond.efforts, search.beyond.together
-    if not efforts:
-        return translated("Nothing that was not tried would help by 3 % or more.")
-    reaching = [effort for effort in efforts if effort.reached <= search.target]
-    if reaching:
-        return translated(
-            "Not tried, and would reach it by the closed estimate: {efforts}.",
-            efforts=", ".join(map(str, reaching)),
-        )
-    message = mark("Not tried, and would help by the closed estimate: {efforts}.")
-    if together < efforts[0].reached:  # possible at once, and worth it
-        message = mark(
-            "Not tried, and would help by the closed estimate: {efforts}; all of them "
-            "together: {together}."
-        )
-    said = ", ".join(map(str, efforts[:MOST_EFFORTS]))
-    return translated(message, efforts=said, together=length(together))
 
 
 def _nearest(reached, target):

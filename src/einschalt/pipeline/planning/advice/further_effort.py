@@ -6,17 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.language import figure, mark_each, translated
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length, number, scale
 from einschalt.pipeline.planning.arguments import RANGES
 
 MOST_PLANS = 500  # the most precise ones, which are changed
 LEAST_GAIN = 0.03
-"""Of the error: the closed estimate tells less no better."""
+"""Of the error: the closed estimate is not that exact."""
 LESS = (0.8, 0.65, 0.5)  # of spacings, scale numbers, errors of control
 MORE = (2, 4)  # times as many settings
 NEARER = (1.25, 1.1)  # high flights, times the scale number of the low one
 MOST_SETTINGS, MOST_COVERAGES = 16, 4
+MOST_EFFORTS = 4  # that are said
 EFFORT_TEXT = mark_each(
     {
         "spacing": "points {value} m apart (--spacing): {reached}",
@@ -119,3 +120,26 @@ def _values_beyond(choices, control_error):
 
 def _round(value):
     return float(f"{value:.2g}")
+
+
+def describe_efforts(search) -> str:
+    """Say what helps that was not among the choices; nothing if it was not sought."""
+    if search.beyond is None:
+        return ""
+    efforts, together = search.beyond.efforts, search.beyond.together
+    if not efforts:
+        return translated("Nothing that was not tried would help by 3 % or more.")
+    reaching = [effort for effort in efforts if effort.reached <= search.target]
+    if reaching:
+        return translated(
+            "Not tried, and would reach it by the closed estimate: {efforts}.",
+            efforts=", ".join(map(str, reaching)),
+        )
+    message = mark("Not tried, and would help by the closed estimate: {efforts}.")
+    if together < efforts[0].reached:  # possible at once, and worth it
+        message = mark(
+            "Not tried, and would help by the closed estimate: {efforts}; all of them "
+            "together: {together}."
+        )
+    said = ", ".join(map(str, efforts[:MOST_EFFORTS]))
+    return translated(message, efforts=said, together=length(together))

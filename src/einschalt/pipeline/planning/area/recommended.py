@@ -40,15 +40,11 @@ from einschalt.pipeline.planning.area.layout import (
     require_size,
 )
 from einschalt.pipeline.planning.arguments import flown_model
-from einschalt.pipeline.planning.check import (
-    LAYOUT,
-    CheckedPlan,
-    check_plans,
-    design_of,
-)
+from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
 from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
+from einschalt.pipeline.planning.trials import LAYOUT
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
@@ -168,7 +164,6 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     """
     layouts, wholes = _Layouts(area, frame), {}
     search, left_out = _that_fit(area, search, frame)
-    is_large = area.shape.area > LARGE * search.plans["spacing"].min() ** 2
     follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
@@ -188,7 +183,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
 
     checked = check_plans(
         *(search, frame),
-        most=MOST_OF_LARGE if is_large else MOST_TRIED,
+        most=_most_tried(area, search),
         patience=PATIENCE,
         enough=ENOUGH,
         judge=judge,
@@ -207,6 +202,11 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     notes = [*said, *_note_of_part(part), *left_out]
     parts = (area, search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes), frame, heights, follows)
+
+
+def _most_tried(area, search):
+    n_points = area.shape.area / search.plans["spacing"].min() ** 2
+    return MOST_OF_LARGE if n_points > LARGE else MOST_TRIED
 
 
 def _note_of_part(part):

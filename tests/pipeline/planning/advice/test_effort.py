@@ -5,7 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.planning.effort import describe_effort, effort_gains, flights_of
+from einschalt.pipeline.planning.advice.effort import (
+    describe_effort,
+    effort_gains,
+    flights_of,
+)
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.theory.planning.expected_precision import break_even, expected_parts
