@@ -121,12 +121,17 @@ def written(tmp_path):
         (("design",), [], "design = []"),
         (("design", "scale_number"), "many", "scale_number = 'many'"),
         (("design", "scale_number"), 5, "scale_number = 5"),
+        (("design", "scale_number"), "8000", "scale_number = '8000'"),
+        (("design", "spacing"), True, "spacing = True"),
+        (("design", "n_coverages"), 2.6, "n_coverages = 2.6"),
         (("design", "n_coverages"), 9, "n_coverages = 9"),
+        (("design", "most_work"), 0, "most_work = 0"),
         (("design", "colour"), 1, "colour is unknown"),
         (("frame", "max_height"), 1, "max_height = 1"),
         (("area", "geometry"), {"type": "Point"}, "the area is no polygon"),
         (("area", "geometry"), {"type": "Point", "coordinates": [0, 0]}, "a Point"),
         (("area", "crs"), "EPSG:99999", "EPSG:99999"),
+        (("area", "heights"), "../dem.parquet", "area.heights = '../dem.parquet'"),
         (("area", "follows"), "perhaps", "area.follows = 'perhaps'"),
     ],
 )
@@ -142,6 +147,81 @@ def test_what_is_damaged_is_told(keys, value, says, written):
         read_plan_file(written)
     assert says in str(caught.value)
     assert caught.value.file == PLAN_FILE
+
+
+def test_whole_numbers_may_stand_where_others_are_meant(written):
+    file = written / PLAN_FILE
+    content = json.loads(file.read_text("utf-8"))
+    content["design"] |= {"scale_number": 4000, "image_format": [1, 0.1]}
+    file.write_text(json.dumps(content), "utf-8")
+    design = read_plan_file(written).design
+    assert (design.scale_number, design.image_format) == (4000.0, (1.0, 0.1))
+
+
+GOOD_ROW = {
+    "scale_number": 8000,
+    "high_scale_number": 15_000,
+    "spacing": 300,
+    "m_g_um": 5,
+    "n_settings": 1,
+    "n_coverages": 2,
+    "control_per_model": 5,
+}
+
+
+@pytest.fixture
+def of_rows(tmp_path):
+    """A folder of a plan, whose rows are to be written."""
+    write_plan_file(tmp_path, PlannedBlock(DESIGN, 0.05), {}, FRAME)
+
+    def folder(*changes):
+        rows = [GOOD_ROW | change for change in changes]
+        table = pd.DataFrame(rows, columns=list(GOOD_ROW))
+        table.to_csv(tmp_path / ROWS_FILE, index=False)
+        return tmp_path
+
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"scale_number": -1}, "is not above 0; expected numbers such as 8000 for 1"),
+        ({"spacing": "x"}, "spacing 'x' is not a number; expected metres, above 0"),
+        ({"n_coverages": 2.6}, "n_coverages = 2.6; expected a whole number, 1 to 4"),
+        ({"n_settings": 0.01}, "n_settings = 0.01; expected a whole number, 1 to 100"),
+        ({"control_per_model": 5.5}, "control_per_model = 5.5; expected a whole numb"),
+        ({"control_per_model": 7}, "control_per_model = 7; expected 5 or 9"),
+        ({"scale_number": 5}, "scale_number = 5; expected 100 to 500000"),
+    ],
+)
+def test_faulty_rows_are_told_with_their_line_and_spare_the_others(
+    change, says, of_rows
+):
+    folder = of_rows({}, change)
+    assert read_plan_file(folder, 1).design.scale_number == 8000.0
+    with pytest.raises(EinschaltError) as caught:
+        read_plan_file(folder, 2)
+    assert str(caught.value).startswith("plans.csv, row 3: ")
+    assert says in str(caught.value)
+
+
+def test_missing_rows_and_frames_are_told(of_rows):
+    with pytest.raises(FileError, match=r"^plans\.csv: has no plans\. Plan again"):
+        read_plan_file(of_rows(), 1)
+    with pytest.raises(FileError, match=r"^plans\.csv: has no plan 3; expected 1 to 2"):
+        read_plan_file(of_rows({}, {}), 3)
+    folder = of_rows({})
+    write_plan_file(folder, PlannedBlock(DESIGN, 0.05), {})
+    with pytest.raises(FileError, match=r"^plan\.json: has no frame, with which plan"):
+        read_plan_file(folder, 1)
+
+
+@pytest.mark.parametrize("text", ["[]", "{}", "null", "3"])
+def test_what_is_missing_is_named(text, tmp_path):
+    (tmp_path / PLAN_FILE).write_text(text, "utf-8")
+    with pytest.raises(FileError, match="format is missing"):
+        read_plan_file(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", "{}", '{"format": 1}', "\0"])

@@ -22,6 +22,13 @@ def expected():
     return expect_precision(DESIGN)
 
 
+@pytest.mark.parametrize("most_work", [0, -1.0, float("nan"), "1e7", True, None])
+def test_a_limit_of_work_is_a_number_above_zero(most_work):
+    with pytest.raises(SettingsError, match=r"most_work = .*; expected a number above"):
+        replace(DESIGN, most_work=most_work)
+    assert replace(DESIGN, most_work=np.inf).layout_spacing == DESIGN.spacing
+
+
 @pytest.mark.parametrize("weighting", ["auto", "plain", "weighted", "rigorous"])
 def test_figures_are_those_of_the_block_itself(weighting):
     expected = expect_precision(DESIGN, weighting=weighting)

@@ -169,6 +169,38 @@ def test_all_kinds_of_plans_are_simulated():
         simulate_plan(expected, width=9000)
 
 
+ROW = {
+    "scale_number": 8000.0,
+    "high_scale_number": 15_000.0,
+    "spacing": 300.0,
+    "n_coverages": 2,
+    "control_per_model": 5,
+    "m_g_um": 5.0,
+    "n_settings": 1,
+}
+
+
+@pytest.mark.parametrize(
+    ("plan", "given", "says"),
+    [
+        (DESIGN, {"noise": 3}, "noise = 3; expected a BlockNoise"),
+        (DESIGN, {"frame": PlanFrame()}, "frame beside a plan that is a FlightDesign"),
+        (ROW, {"frame": {}}, "frame = a dict of length 0; expected a PlanFrame"),
+        ({"spacing": 3}, {}, "a row without scale_number, high_scale_number, n_cov"),
+        ({**ROW, "spacing": "x"}, {}, "spacing = 'x'; expected a number"),
+        ({**ROW, "n_coverages": None}, {}, "n_coverages = None; expected a number"),
+        ({**ROW, "n_coverages": 2.6}, {}, "n_coverages = 2.6; expected a whole number"),
+        ("plan.json", {"frame": PlanFrame()}, "plan is 'plan.json'; expected a Flight"),
+    ],
+)
+def test_what_cannot_be_simulated_is_named(plan, given, says):
+    if isinstance(plan, dict):
+        plan, given = pd.Series(plan, dtype=object), {"frame": PlanFrame()} | given
+    with pytest.raises(SettingsError) as caught:
+        simulate_plan(plan, **given)
+    assert says in str(caught.value)
+
+
 def test_check_points_and_other_errors(planned):
     noise = es.BlockNoise(control_standard_error=0.1, low_m_g_um=20)
     block = planned.simulated(noise=noise, n_check=12)

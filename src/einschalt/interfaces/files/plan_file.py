@@ -5,6 +5,7 @@ The file stands in the folder of a plan; heights of the ground stand beside it.
 
 import json
 import math
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -15,7 +16,12 @@ from pydantic import TypeAdapter, ValidationError
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import EinschaltError, FileError, raise_problems
+from einschalt.foundations.errors import (
+    BlockError,
+    EinschaltError,
+    FileError,
+    raise_problems,
+)
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
@@ -38,13 +44,16 @@ HEIGHTS = tables.Schema(
     ),
     key=(),
 )
-ROW_NAMES = (
-    *("scale_number", "high_scale_number", "spacing", "m_g_um"),
-    *("n_settings", "n_coverages", "control_per_model"),
-)
+ROW_UNITS = {
+    "scale_number": "numbers such as 8000 for 1:8000",
+    "high_scale_number": "numbers such as 8000 for 1:8000",
+    "spacing": "metres",
+    "m_g_um": "micrometres",
+    **dict.fromkeys(("n_settings", "n_coverages", "control_per_model"), "numbers"),
+}
 ROWS = tables.Schema(
     "plans",
-    tuple(tables.Column(name, is_positive=True) for name in ROW_NAMES),
+    tuple(tables.Column(n, unit=u, is_positive=True) for n, u in ROW_UNITS.items()),
     key=(),
 )
 
@@ -56,7 +65,7 @@ class _Area:
     geometry: dict  # of GeoJSON, in the system of the plan
     crs: str | None = None
     name: str = ""
-    heights: str | None = None  # name of their file
+    heights: str | None = None  # HEIGHTS_FILE, where there are some
     follows: bool = False
 
 
@@ -129,13 +138,35 @@ def read_plan_file(path, row=None) -> PlannedBlock:
     path = Path(path)
     path = path / PLAN_FILE if path.is_dir() else path
     written = _content(path)
-    try:
+    with _named(path.name):
         planned, frame = _planned(written, path.parent)
-        if row is None:
-            return planned
-        return another_row(planned, _row(path.parent / ROWS_FILE, row), frame)
+    if row is None:
+        return planned
+    values = _row(path.parent / ROWS_FILE, row)
+    if frame is None:
+        raise FileError(
+            f"has no frame, with which plan {row} of {ROWS_FILE} could be laid out",
+            expected="the frame of a search",
+            remedy="Leave --row out, or plan again with --target",
+            file=path.name,
+        )
+    with _named(ROWS_FILE, int(values.name)):
+        return another_row(planned, values, frame)
+
+
+@contextmanager
+def _named(file, row=None):
+    """Name the file in errors that do not know where the faulty value stands."""
+    try:
+        yield
+    except BlockError as error:
+        raise BlockError([_with_place(p, file, row) for p in error.problems]) from None
     except EinschaltError as error:
-        raise error.with_facts(file=error.file or path.name) from None
+        raise _with_place(error, file, row) from None
+
+
+def _with_place(error, file, row):
+    return error if error.file else error.with_facts(file=file, row=row)
 
 
 def _content(path):
@@ -143,9 +174,12 @@ def _content(path):
     data = read_text_bytes(path, source)
     try:
         content = parsed_json(data)
+        content = content if isinstance(content, dict) else {}
         known = {n: content[n] for n in _Written.__dataclass_fields__ if n in content}
         written = _valid(_Written, known)
-    except (ValueError, TypeError, RecursionError) as error:
+    except RecursionError:
+        raise _damaged("it is nested too deeply", source) from None
+    except (ValueError, TypeError) as error:
         raise _damaged(str(error), source) from None
     if written.format != FORMAT:
         raise _damaged(f"it has the format {written.format}", source)
@@ -167,10 +201,13 @@ def _valid(kind, fields):
     if unknown:
         raise ValueError(f"{unknown[0]} is unknown")
     try:
-        return TypeAdapter(kind).validate_python(fields)
+        # of JSON, since there a list may be a tuple, and a text still is no number
+        return TypeAdapter(kind).validate_json(json.dumps(fields), strict=True)
     except ValidationError as error:
         fault = error.errors()[0]
     where = ".".join(map(str, fault["loc"]))
+    if fault["type"].startswith("missing"):
+        raise ValueError(f"{where} is missing")
     raise ValueError(f"{where} = {described(fault['input'])}")
 
 
@@ -192,6 +229,9 @@ def _planned(written, folder):
     area = _area_of(written.area)
     heights = None
     if written.area.heights is not None:
+        if written.area.heights != HEIGHTS_FILE:
+            named = described(written.area.heights)
+            raise _damaged(f"area.heights = {named}", PLAN_FILE)
         heights = _heights_of(folder / HEIGHTS_FILE)
     return PlannedBlock(
         *(design, written.expected, area, heights),
@@ -219,9 +259,11 @@ def _heights_of(path):
 
 
 def _row(path, row):
-    checked = tables.check_table(read_table(path, ROWS), ROWS, source=path.name)
-    raise_problems(checked.problems)
-    n_rows = len(checked.frame)
+    """Values of one plan, whatever the others are; named by its line."""
+    table = read_table(path, ROWS)
+    n_rows = len(table)
+    if n_rows == 0:
+        raise FileError("has no plans", remedy=ANEW, file=path.name)
     if not 1 <= row <= n_rows:
         raise FileError(
             f"has no plan {row}",
@@ -229,4 +271,7 @@ def _row(path, row):
             remedy="Give another --row",
             file=path.name,
         )
-    return checked.frame.iloc[row - 1]
+    only = table.iloc[[row - 1]]
+    checked = tables.check_table(only, ROWS, source=path.name)
+    raise_problems(checked.problems)
+    return checked.frame.iloc[0]

@@ -1,7 +1,9 @@
 """A planned block in its planner's words, as geometry and noise of a simulation."""
 
 from dataclasses import dataclass
+from numbers import Real
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.planning.advice.points_in_models import require_points
@@ -72,6 +74,7 @@ class FlightDesign:
                 expected="a high flight of a smaller image scale",
                 remedy="Give the larger denominator to the high flight",
             )
+        _check_work(self.most_work)
         require_points(self.model, self.scale_number, self.spacing)
         self.geometry()
         self.noise()
@@ -165,6 +168,15 @@ def usable_model(model) -> tuple[float, float]:
 
 def _rim(model):
     return min(model.image_format) * RIM_OVER_SIDE
+
+
+def _check_work(most_work):
+    """See that a limit is one; infinite is none, which is allowed."""
+    is_number = isinstance(most_work, Real) and not isinstance(most_work, bool)
+    if not is_number or not most_work > 0.0:
+        raise SettingsError(
+            f"most_work = {described(most_work)}", expected="a number above 0"
+        )
 
 
 def _checked_of_high_flight(name, value):

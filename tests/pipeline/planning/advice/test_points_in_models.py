@@ -137,3 +137,22 @@ def test_limits_are_rounded_to_their_safe_side():
         *("6.9", "1200", "0.067"),
     ]
     assert [upwards(value) for value in (6.91, 1201.0, 60.0)] == ["7.0", "1300", "60"]
+
+
+@pytest.mark.parametrize("spacing", [497, 560, 600, 680])
+def test_points_in_a_model_are_fewer_than_the_expected(spacing):
+    """Of those that are low enough and determined: others have 9 points, and 8.96."""
+    choices = PlanChoices(
+        scale_number=(4000, 8000),
+        spacing=(spacing,),
+        m_g_um=(5,),
+        high_over_low=(1.25, 3.0),
+        control_per_model=(9,),
+    )
+    error = refused(find_plans, 0.5, choices, PlanFrame(max_height=0.152 * 12_100))
+    most, wanted = numbers_in(error.found), numbers_in(error.expected)
+    assert wanted == [9.0]
+    assert 0.5 < most[0] < 9.0
+    (nearer, *_) = numbers_in(error.remedy)
+    again = replace(choices, spacing=(nearer,))
+    assert len(find_plans(0.5, again, PlanFrame(max_height=0.152 * 12_100)).plans) > 0

@@ -86,8 +86,9 @@ def with_enough_points(given, model, distance, max_height):
             expected=f"more than {least} for kind = {model.kind}",
             remedy=remedy,
         )
+    most = downwards(in_high_model[is_low & is_determined].max())
     raise GeometryError(
-        f"at most {in_high_model[is_low].max():.2g} points lie in a high-flight model",
+        f"at most {float(most):g} points lie in a high-flight model",
         expected=f"{wanted.min():.0f} that can be control",
         remedy=remedy,
     )
@@ -118,7 +119,7 @@ def too_much_control(of_points, spacing, max_height):
 
 def _remedy(given, lacking, height, limit):
     """What gives the models enough points, the limit of height being kept."""
-    spacing = downwards(np.max((given["spacing"] / lacking)[height <= limit * BELOW]))
+    spacing = downwards(np.max((given["spacing"] / lacking)[height <= limit]))
     needed = height * lacking
     lowest = int(np.argmin(needed))
     larger = upwards(given["scale_number"][lowest] * lacking[lowest])

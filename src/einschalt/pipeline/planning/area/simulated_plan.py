@@ -6,13 +6,15 @@ as was planned. What is computed from such a block is comparable with what was e
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.arguments import described
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.arguments import described, finite_number, require_kind
+from einschalt.foundations.errors import SettingsError, name_some, raise_problems
 from einschalt.foundations.language import in_english
+from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
@@ -29,14 +31,15 @@ from einschalt.pipeline.planning.area.recommended import (
     propagate,
 )
 from einschalt.pipeline.planning.cameras import CAMERAS, flown_columns
-from einschalt.pipeline.planning.check import CheckedPlan, design_of
+from einschalt.pipeline.planning.check import LAYOUT, CheckedPlan, design_of
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanFrame
+from einschalt.pipeline.planning.search import ALLOWED_CHOICES, PlanFrame
 from einschalt.pipeline.simulation.layout import name_points, scatter_points, turn
+from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import (
     SimulatedBlock,
     scene_of_layouts,
@@ -47,6 +50,11 @@ from einschalt.pipeline.simulation.simulate_block import (
 LAYOUT_SEED = 0  # of the points: that with which plans are propagated
 MOST_RELIEF = 0.025  # standard deviation, of the flying height, where none is known
 AS_LONG = 1e-6  # of a length: cameras differ by more
+OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside the layout
+COUNTED = {
+    **{name: ALLOWED_CHOICES[name] for name in ("n_settings", "n_coverages")},
+    "control_per_model": Range(5, 9, is_whole=True),
+}
 CHANGES = ("measurement", "transformation", "n_check")
 """What may be measured otherwise than planned: fields of BlockGeometry."""
 
@@ -272,6 +280,8 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
     ``plan`` is an AreaPlan, a FlightDesign, an ExpectedPrecision, a CheckedPlan, or a
     row of a search, of which ``frame`` tells the camera.
     """
+    if frame is not None:
+        _check_frame(plan, frame)
     if isinstance(plan, AreaPlan):
         given = plan.area, plan.heights, plan.frame.max_height, plan.follows
         expected = plan.checked.expected.figures.mean
@@ -280,7 +290,8 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
         plan = plan.expected
     if isinstance(plan, ExpectedPrecision):
         return PlannedBlock(plan.design, plan.figures.mean, name=name)
-    if isinstance(plan, pd.Series) and isinstance(frame, PlanFrame):
+    if isinstance(plan, pd.Series) and frame is not None:
+        _check_row(plan)
         plan = design_of(plan, frame)
     if not isinstance(plan, FlightDesign):
         raise SettingsError(
@@ -294,12 +305,38 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
     return PlannedBlock(plan, propagate_design(plan).mean, name=name)
 
 
+def _check_frame(plan, frame):
+    """See that a frame is one, and stands beside a row, which needs it."""
+    remedy = "Write frame=PlanFrame(…), that of the search"
+    require_kind("frame", frame, PlanFrame, expected="a PlanFrame", remedy=remedy)
+    if isinstance(plan, AreaPlan | CheckedPlan | ExpectedPrecision | FlightDesign):
+        raise SettingsError(
+            f"frame beside a plan that is {described(plan)}",
+            expected="a frame beside a row of find_plans only",
+            remedy="Leave frame out",
+        )
+
+
+def _check_row(row):
+    """See that what is given as a row of a search has its numbers."""
+    missing = [name for name in (*LAYOUT, *OF_MEASURING) if name not in row.index]
+    if missing:
+        raise SettingsError(
+            f"plan is a row without {name_some(missing)}",
+            expected="a row of find_plans(…).plans",
+            remedy="Write simulate_plan(found.nearest, frame=frame)",
+        )
+    given = {n: finite_number(n, row[n]) for n in (*LAYOUT, *OF_MEASURING)}
+    raise_problems(problems_in(SimpleNamespace(**given), COUNTED))
+
+
 @in_english
 def another_row(planned, row, frame) -> PlannedBlock:
     """Take another row of the search that a plan is from, propagated as it would be."""
     area = planned.area
     if area is None:
         return planned_block(row, frame)
+    _check_row(row)
     expected = propagate(laid_out(area, row, frame).layout).mean
     design = design_over(area, design_of(row, frame), np.inf)
     return replace(planned, design=design, expected=expected)
@@ -320,5 +357,8 @@ def simulate_plan(
     >>> simulate_plan(design).name
     'film_wide, 1:8000 and 1:15000, 300 m (simulated)'
     """
+    if noise is not None:
+        remedy = "Write noise=BlockNoise(…), or leave it out for the errors of the plan"
+        require_kind("noise", noise, BlockNoise, expected="a BlockNoise", remedy=remedy)
     planned = planned_block(plan, frame)
     return planned.simulated(seed, noise=noise, title=title, **changes)
