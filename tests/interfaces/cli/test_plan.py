@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import einschalt as es
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
 from einschalt.interfaces.cli.plan_values import costs_of
 from einschalt.pipeline.planning.arguments import PlanCosts
@@ -307,9 +307,23 @@ def test_prices_have_decimal_commas_too(prices):
     assert costs_of(prices) == PlanCosts(image=12.5, model=3.0)
 
 
-def test_costs_by_the_words_of_the_answer():
-    given = costs_of("control point=30, pointing=0.2")
-    assert given == PlanCosts(setting=0.2, control_point=30.0)
+@pytest.mark.parametrize(
+    "prices",
+    [
+        "control point=30, pointing=0.2, image=4, model=5",
+        "control points=30; pointings at a point=0.2; photographs=4; models=5",
+        "Passpunkt=30, Einstellung=0,2, Bild=4, Modell=5",
+        "control_point=30,setting=0.2,image=4,model=5",
+    ],
+)
+def test_costs_by_the_words_of_the_answer(prices):
+    given = costs_of(prices)
+    assert given == PlanCosts(image=4.0, model=5.0, setting=0.2, control_point=30.0)
+
+
+def test_two_prices_of_one_thing_are_refused():
+    with pytest.raises(EinschaltError, match="two prices of setting; expected one"):
+        costs_of("pointing=1, setting=2")
 
 
 def test_a_price_of_thousands_is_no_decimal(invoke):

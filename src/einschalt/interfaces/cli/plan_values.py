@@ -36,8 +36,17 @@ COUNTS_FOR = {
 }
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
-# what the answers call a price
-AS_PRINTED = {"pointing": "setting", "control point": "control_point"}
+# what answers call a price, in the singular
+AS_PRINTED = {
+    "photograph": "image",
+    "pointing": "setting",
+    "pointing at a point": "setting",
+    "control point": "control_point",
+    "bild": "image",
+    "modell": "model",
+    "einstellung": "setting",
+    "passpunkt": "control_point",
+}
 BEFORE_A_NAME = re.compile(r"[,;](?=[^,;]*=)")
 CENTS = re.compile(r"^([+-]?\d+),(\d{1,2})$")
 SIDES = "millimetres as 230 or 68.0x105.8"
@@ -147,11 +156,25 @@ def costs_of(text) -> PlanCosts:
         name, sign, cost = (piece.strip() for piece in part.partition("="))
         if not sign:
             raise SettingsError(f"--costs {part!r}", expected=COSTS)
-        name = AS_PRINTED.get(name, name)
+        name = _item_of(name)
         checked_choice("--costs", name, PlanCosts.__dataclass_fields__)
+        if name in given:
+            raise SettingsError(
+                f"--costs has two prices of {name}",
+                expected="one of each",
+                remedy="Leave one out",
+            )
         point = CENTS.sub(r"\1.\2", cost)
         given[name] = _number("--costs", point, COSTS)
     return PlanCosts(**given)
+
+
+def _item_of(name):
+    """Give the item that a price is of, however an answer calls it."""
+    words = {name, name.lower(), name.lower().replace("pointings", "pointing")}
+    words |= {word.removesuffix("s") for word in words}
+    known = AS_PRINTED | {item: item for item in PlanCosts.__dataclass_fields__}
+    return next((known[word] for word in sorted(words) if word in known), name)
 
 
 @dataclass(frozen=True)

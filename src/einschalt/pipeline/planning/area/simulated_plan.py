@@ -31,13 +31,14 @@ from einschalt.pipeline.planning.area.recommended import (
     propagate,
 )
 from einschalt.pipeline.planning.cameras import CAMERAS, flown_columns
-from einschalt.pipeline.planning.check import LAYOUT, CheckedPlan, design_of
+from einschalt.pipeline.planning.check import CheckedPlan, design_of
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import ALLOWED_CHOICES, PlanFrame
+from einschalt.pipeline.planning.trials import LAYOUT
 from einschalt.pipeline.simulation.layout import name_points, scatter_points, turn
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import (
