@@ -154,6 +154,30 @@ def test_cells_of_all_sheets_count_and_so_does_the_memory(monkeypatch):
         workbook_sizes.refuse_cells(one, 30_000, "t.xlsx")
 
 
+def test_rows_of_few_cells_below_many_names_are_read(tmp_path):
+    """60 names above 4 columns: cells that no row has are not held against a file."""
+    names = ("point_id", "easting", "northing", *(f"note{k}" for k in range(57)))
+    head = "".join(f'<c t="s"><v>{k}</v></c>' for k in range(len(names)))
+    cells = "<c><v>{0}</v></c><c><v>4.5</v></c><c><v>{0}.25</v></c>"
+    path = tmp_path / "t.xlsx"
+    write_book(path, f"<row>{head}</row>{rows_of(cells, 40_000)}", names)
+    assert path.stat().st_size < 2**20
+    frame = understand_table(path, CONTROL_POINTS).frame
+    assert len(frame) == 40_000
+
+
+def test_empty_cells_are_bounded_by_bytes_and_memory(monkeypatch):
+    wide = "<row>" + "<c/>" * 900 + "</row>"
+    sheet = {"a.xml": (wide + "<row><c/></row>" * 12_000).encode()}
+    workbook_sizes.refuse_cells(sheet, 2**21, "t.xlsx")
+    said = "rows of 9 bytes would be filled up with 10788000 empty cells; expected at"
+    with pytest.raises(FileError, match=said):
+        workbook_sizes.refuse_cells(sheet, 9, "t.xlsx")
+    monkeypatch.setattr(workbook_sizes, "allowed_bytes", lambda: 2e8)
+    with pytest.raises(FileError, match="at most 1792381 empty cells in a workbook"):
+        workbook_sizes.refuse_cells(sheet, 2**21, "t.xlsx")
+
+
 OPEN_DOCUMENT = "urn:oasis:names:tc:opendocument:xmlns:"
 ODS_PARTS = {
     "mimetype": "application/vnd.oasis.opendocument.spreadsheet",
@@ -216,11 +240,11 @@ def test_parts_in_other_letters_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (b'<row><c r="A1"/><c r="AB1"/></row>', (12, 28)),
-        (b"<row><c/><c><v>1</v></c><c /></row><row><c/></row>", (6, 3)),
-        (b'<dimension ref="A1:XFD1"/><cols><col min="7"/></cols>', (26, 0)),
-        (b"<v>" + b"7" * 50, (53, 0)),
-        (b"", (0, 0)),
+        (b'<row><c r="A1"/><c r="AB1"/></row>', (12, 28, 2)),
+        (b"<row><c/><c><v>1</v></c><c /></row><row><c/></row>", (6, 3, 4)),
+        (b'<dimension ref="A1:XFD1"/><cols><col min="7"/></cols>', (26, 0, 0)),
+        (b"<v>" + b"7" * 50, (53, 0, 0)),
+        (b"", (0, 0, 0)),
     ],
 )
 def test_extent_of_a_sheet(text, expected):

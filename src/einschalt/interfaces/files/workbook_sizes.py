@@ -19,6 +19,9 @@ MOST_MEMBERS = 5000
 MOST_CELLS = 2**24
 HARMLESS_CELLS = 2**21  # a quarter of a gigabyte, as GDAL and pandas hold them
 BYTES_OF_A_CELL = 110  # measured: 2 and 13.5 million cells of one digit
+# that rows lack, of columns which the widest has: half a gigabyte, or as many in a byte
+HARMLESS_EMPTY, EMPTY_IN_A_BYTE = 2**23, 8
+BYTES_OF_AN_EMPTY_CELL = 55  # measured: 16 million, in rows of 100 to 1000
 LARGEST_TEXT = 2**27  # of all cells that point to texts
 LONGEST_TEXT = 2**18  # bytes of one cell; spreadsheets write 32 767 letters
 CELL = re.compile(rb"<c\s([^<>]*)>\s*(?:<v>(\d{1,9})<)?")
@@ -65,14 +68,15 @@ def refuse_cells(texts, n_bytes, source):
 
     ``texts``: the parts of a workbook of so many bytes, by their names in the archive.
     """
-    n_cells = 0
+    n_cells = n_empty = 0
     for text in texts.values():
-        longest, width = _extent(np.frombuffer(text, np.uint8))
+        longest, width, n_filled = _extent(np.frombuffer(text, np.uint8))
         n_rows = text.count(b"<row")
         _refuse_long(longest, source)
         _refuse_width(n_rows, width, source)
-        n_cells += n_rows * width
-    _refuse_number(n_cells, n_bytes, source)
+        n_cells += n_filled
+        n_empty += max(0, n_rows * width - n_filled)
+    _refuse_number(n_cells, n_empty, n_bytes, source)
     shared = [text for text in texts.values() if b"<si" in text]
     sizes = [np.array([len(p) for p in text.split(b"<si")[1:]]) for text in shared]
     if not sizes:
@@ -132,16 +136,33 @@ def _refuse_width(n_rows, width, source):
         )
 
 
-def _refuse_number(n_cells, n_bytes, source):
-    """Refuse sheets whose cells would fill the memory, or that nobody has measured."""
+def _refuse_number(n_cells, n_empty, n_bytes, source):
+    """Refuse sheets whose cells would fill the memory, or that nobody has measured.
+
+    ``n_empty``: those with which rows are filled up, of which the file has nothing.
+    """
+    memory = allowed_bytes() / 2.0
     packed = max(HARMLESS_CELLS, n_bytes)  # measured ones have more than a byte each
-    most = min(packed, MOST_CELLS, int(allowed_bytes() / 2.0 / BYTES_OF_A_CELL))
+    most = min(packed, MOST_CELLS, int(memory / BYTES_OF_A_CELL))
+    left = max(0.0, memory - n_cells * BYTES_OF_A_CELL)
+    harmless = max(HARMLESS_EMPTY, EMPTY_IN_A_BYTE * n_bytes)
+    most_empty = min(harmless, int(left / BYTES_OF_AN_EMPTY_CELL))
+    remedy = (
+        "Leave out the rows, columns and sheets that are no part of the table, or "
+        "give the table as CSV"
+    )
     if n_cells > most:
         raise FileError(
             f"{n_bytes} bytes would unpack to {n_cells} cells",
             expected=f"at most {most} cells in a workbook of this size",
-            remedy="Leave out the rows, columns and sheets that are no part of the "
-            "table, or give the table as CSV",
+            remedy=remedy,
+            file=source,
+        )
+    if n_empty > most_empty:
+        raise FileError(
+            f"rows of {n_bytes} bytes would be filled up with {n_empty} empty cells",
+            expected=f"at most {most_empty} empty cells in a workbook of this size",
+            remedy=remedy,
             file=source,
         )
 
@@ -159,11 +180,11 @@ def too_many_in_ods(n_cells, source):
 
 @compiled
 def _extent(text):
-    """Most bytes from one tag to the next, and columns of the widest row.
+    """Most bytes from one tag to the next, columns of the widest row, and cells.
 
     Columns are counted, and named by cells: ``<c r="AB7"/>`` is the 28th.
     """
-    longest = last = width = n_cells = 0
+    longest = last = width = n_in_row = n_cells = 0
     is_cell = False
     for k in range(len(text) - 2):
         sign = text[k]
@@ -171,8 +192,10 @@ def _extent(text):
             longest, last = max(longest, k - last), k
             first, second = text[k + 1], text[k + 2]
             is_cell = first == SMALL_C and (second <= BLANK or second in (SLASH, END))
-            n_cells = 0 if first == SMALL_R and second == SMALL_O else n_cells + is_cell
-            width = max(width, n_cells)
+            is_row = first == SMALL_R and second == SMALL_O
+            n_in_row = 0 if is_row else n_in_row + is_cell
+            n_cells += is_cell
+            width = max(width, n_in_row)
         elif is_cell and sign in QUOTES:
             column, place = 0, k + 1
             end = min(place + MOST_LETTERS, len(text))
@@ -180,4 +203,4 @@ def _extent(text):
                 column = N_LETTERS * column + text[place] - FIRST + 1
                 place += 1
             width = max(width, column)
-    return max(longest, len(text) - last), width
+    return max(longest, len(text) - last), width, n_cells
