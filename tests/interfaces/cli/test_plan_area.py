@@ -137,6 +137,9 @@ def test_kml_shows_the_same(flown):
     _, folder = flown
     root = ET.parse(folder / "flight_plan.kml").getroot()
     space = {"k": "http://www.opengis.net/kml/2.2"}
+    (told,) = root.findall("k:Document/k:description", space)
+    assert told.text.startswith("Recommended: ")
+    assert told.text.endswith(" cm wanted")
     folders = root.findall(".//k:Folder", space)
     marks = {
         f.find("k:name", space).text: f.findall("k:Placemark", space) for f in folders
@@ -195,3 +198,17 @@ def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, in
     assert "are its coordinates exchanged" in " ".join(shown.stdout.split())
     assert (tmp_path / "plan" / "flight_plan.gpkg").exists()
     assert not (tmp_path / "plan" / "flight_plan.kml").exists()
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_search(
+    invoke, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("einschalt.interfaces.cli.work.plan._answer", _never)
+    output = ("--output", tmp_path / "plan.gpkg")
+    shown = invoke("plan", "--target", "6cm", "--spacing", 250, *output)
+    assert shown.exit_code == 2
+    assert "suffix '.gpkg' is unknown; expected .csv, .parquet" in shown.stderr
+
+
+def _never(_):
+    raise AssertionError("it was computed")

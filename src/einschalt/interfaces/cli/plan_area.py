@@ -3,6 +3,7 @@
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.told_errors import told
+from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.cli.exits import print_error
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
@@ -42,7 +43,7 @@ def over_area(asked: Asked) -> Answer:
     parts = [
         f"{plan.verdict()}\n{said_of_frame(asked)}",
         plan.checked.expected.summary(),
-        plan.search.summary(),
+        f"{plan.search.summary()}\n{wrapped(_of_estimates(), first='  ', indent='  ')}",
     ]
     return Answer(
         "\n\n".join(parts),
@@ -53,6 +54,13 @@ def over_area(asked: Asked) -> Answer:
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),
+    )
+
+
+def _of_estimates():
+    return translated(
+        "These are estimates for each km². Of plans that may be the cheapest, and of "
+        "the one above, what they take was counted over the area."
     )
 
 

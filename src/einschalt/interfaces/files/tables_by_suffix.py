@@ -45,8 +45,13 @@ def understand_table(
 
 def write_table(frame, path):
     """Write a table as .csv or .parquet, every number with all its digits."""
-    suffix = _known_suffix(path, Path(path).name, WRITTEN_SUFFIXES)
+    suffix = require_written_suffix(path)
     (write_csv if suffix == ".csv" else write_parquet)(frame, path)
+
+
+def require_written_suffix(path):
+    """Give the suffix of a table that is to be written, if it can be."""
+    return _known_suffix(path, Path(path).name, WRITTEN_SUFFIXES)
 
 
 def write_in_both_formats(tables, folder, *, decimals=None):

@@ -4,6 +4,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from einschalt.foundations.language import in_english
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
@@ -21,6 +22,16 @@ HIGH, LOW, CONTROL, BORDER = "ffb27200", "ff009ee6", "ff005ed5", "ffffffff"
 FLIGHTS = {"high_flight": HIGH, "low_flight": LOW}
 
 
+@in_english
+def _of_plan(plan):
+    checked = plan.checked
+    is_kept = "Recommended" if checked.is_kept else "Not recommended"
+    reached, target = (
+        f"{100.0 * one:.2f} cm" for one in (checked.reached, checked.target)
+    )
+    return f"{is_kept}: {reached} are expected (RMS, total), {target} wanted"
+
+
 def write_flight_plan_kml(plan, path):
     """Write an AreaPlan; cameras at their altitudes where heights are known."""
     import shapely  # noqa: PLC0415 - loaded when a file is written
@@ -30,6 +41,7 @@ def write_flight_plan_kml(plan, path):
     root = ET.Element("kml", xmlns=NAMESPACE)
     document = ET.SubElement(root, "Document")
     ET.SubElement(document, "name").text = "Flight plan"
+    ET.SubElement(document, "description").text = _of_plan(plan)
     for flight, colour in FLIGHTS.items():
         _style(document, flight, colour, "placemark_circle", 0.4)
     _style(document, "control", CONTROL, "triangle", 0.9)

@@ -100,6 +100,9 @@ def _place(options):
     from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
         output_of_question,
     )
+    from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
+        require_written_suffix,
+    )
 
     apart = {"output", "figure", "overwrite"}
     asked = {name: value for name, value in options.items() if name not in apart}
@@ -107,8 +110,11 @@ def _place(options):
     files = [file for file in given if file is not None]
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
     place = output_of_question("plan", asked, names, files, overwrite=overwrite)
-    if options["output"] is not None and not options["output"].suffix:
-        require_free(options["output"], place)
+    output = options["output"]
+    if output is not None and output.suffix:
+        require_written_suffix(output)
+    elif output is not None:
+        require_free(output, place)
     return place
 
 

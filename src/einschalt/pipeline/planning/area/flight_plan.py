@@ -300,7 +300,8 @@ def require_overlap(flown, plan, layout, heights):
     return kept(
         "Ground from {lowest} to {highest} m; overlaps left on the highest: high "
         "flight {high_forward} and {high_side} %, low flight {low_forward} and "
-        "{low_side} %.",
+        "{low_side} %. The expected precision is that of level ground: on steep "
+        "ground a block is some per cent better or worse (simulate --plan).",
         lowest=f"{lowest:.0f}",
         highest=f"{highest:.0f}",
         **dict(zip(names, left_over, strict=True)),
