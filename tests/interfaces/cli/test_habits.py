@@ -111,7 +111,8 @@ def test_a_fault_is_told_by_its_parts(invoke, spoilt_folder, tmp_path):
 def test_a_wrong_call_is_an_object_too(name, invoke):
     found = said(invoke(name, "--json", "--no-such-option"))
     assert (found["command"], found["status"]) == (name, 2)
-    assert found["problems"][0]["found"]
+    (problem,) = found["problems"]
+    assert problem["found"].startswith("No such option: --no-such-option")
 
 
 def test_headline_figures(invoke, block_folder, tmp_path):

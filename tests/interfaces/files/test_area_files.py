@@ -159,3 +159,10 @@ def test_areas_far_from_where_their_system_is_used_are_asked_about(tmp_path):
     path = write(tmp_path / "c.geojson", box(0.05, 0.1, 48.0, 13.6), crs=None)
     with pytest.raises(EinschaltError, match=r"\(longitude comes first\)"):
         read_area(path, crs=LOCAL)
+
+
+def test_a_file_that_was_cut_off_is_told_with_the_place(tmp_path):
+    path = tmp_path / "area.geojson"
+    path.write_text('{"type": "Polygon",\n "coordinates": [[[1, 2], [3', "utf-8")
+    with pytest.raises(EinschaltError, match="is no JSON from line 2, column 29 on"):
+        read_area(path)

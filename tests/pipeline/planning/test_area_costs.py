@@ -1,5 +1,6 @@
 """Costs of plans over an area: as its border makes them, and none cheaper is missed."""
 
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -110,5 +111,21 @@ def test_nor_is_one_of_them_that_few_promise():
 def test_an_area_smaller_than_every_model_is_told_so():
     """And not that control would be more than all of the points."""
     tiny = FlightArea(shapely.box(0.0, 0.0, 55.0, 37.0))
-    with pytest.raises(GeometryError, match="smaller than one model of the low flight"):
+    with pytest.raises(GeometryError, match="too small for models of the low flight"):
         recommended.search_over(TARGET, tiny, CHOICES, PlanFrame())
+
+
+def test_what_is_advised_for_a_corridor_can_be_planned():
+    corridor = FlightArea(shapely.box(0.0, 0.0, 10_000.0, 150.0))
+    found, frame = recommended.search_over(TARGET, corridor, CHOICES, PlanFrame())
+    with pytest.raises(GeometryError) as refused:
+        recommended.plan_area(corridor, found, frame)
+    advised = re.search(
+        r"at most (\d+), with points at most (\d+) m", str(refused.value)
+    )
+    scale, apart = map(float, advised.groups())
+    assert 1000 < scale < 5000
+    assert 25 < apart <= 50
+    choices = replace(CHOICES, scale_number=(scale,), spacing=(apart,))
+    found, frame = recommended.search_over(TARGET, corridor, choices, PlanFrame())
+    assert recommended.plan_area(corridor, found, frame).is_recommended

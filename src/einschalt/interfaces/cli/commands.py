@@ -16,9 +16,11 @@ from einschalt.foundations.language import (
     mark_each,
     numbers_set,
     translated,
+    written_in,
 )
 from einschalt.foundations.number_parsing import is_number
 from einschalt.interfaces.cli.lengths import unit_of, with_numbers
+from einschalt.interfaces.cli.outcome import report_problems
 
 LANGUAGE = "--language"
 # what click writes by itself
@@ -169,6 +171,8 @@ class CallError(UsageError):
             translated("Error: {found}", found=_told_call(self.message)),
         ):
             typer.echo(line, file=file, err=True, color=self.ctx.color)
+        with written_in("en"):  # as all problems that programs are told
+            report_problems(_told_call(self.message))
 
 
 def _told_call(message):

@@ -116,12 +116,18 @@ def _of_json(path, _layer, source):
         crs = WGS_84 if named is None else str(named["properties"]["name"])
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise FileError(
-            f"is no GeoJSON of polygons: {shortened(str(error), 80)}",
+            _fault_of_json(error),
             expected="a polygon, or a FeatureCollection of polygons",
             remedy="Export the area again",
             file=source,
         ) from error
     return _Drawn(_polygons(shapes, source), crs)
+
+
+def _fault_of_json(error):
+    if isinstance(error, json.JSONDecodeError):  # such as of a file that was cut off
+        return f"is no JSON from line {error.lineno}, column {error.colno} on"
+    return f"is no GeoJSON of polygons: {shortened(str(error), 80)}"
 
 
 def _json_shape(geometry):

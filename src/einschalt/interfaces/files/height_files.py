@@ -82,16 +82,30 @@ def _bare_numbers(path, source):
                 file=source,
                 row=number,
             )
+    cells = [SEPARATORS.split(line.strip()) for line in lines]
     try:
-        values = np.array([SEPARATORS.split(line.strip()) for line in lines], float)
+        values = np.array(cells, float)
     except ValueError as error:
+        row, cell = _first_that_is_none(cells)
         raise FileError(
-            f"holds what is no number: {error}",
+            f"{cell!r} is no number",
             expected="easting, northing and height in every line",
             remedy="Export the heights as XYZ",
             file=source,
+            row=row,
         ) from error
     return GroundHeights(values[:, :2], values[:, 2], source)
+
+
+def _first_that_is_none(lines):
+    """Line, from 1, and text of the first cell that is no number."""
+    for row, cells in enumerate(lines, start=1):
+        for cell in cells:
+            try:
+                float(cell)
+            except ValueError:
+                return row, cell
+    raise ValueError(lines)
 
 
 def _of_tiff(file, crs):

@@ -293,7 +293,7 @@ def require_overlap(flown, plan, layout, heights):
                 expected="more than 50 % forward and 0 % to the side",
                 remedy="Give larger overlaps; --max-height leaves no room to fly higher"
                 if is_limited
-                else "Give larger overlaps or a greater flying height",
+                else _room_above(rise, geometry),
             )
         left_over += [f"{100 * forward:.0f}", f"{100 * side:.0f}"]
     names = ("high_forward", "high_side", "low_forward", "low_side")
@@ -305,6 +305,20 @@ def require_overlap(flown, plan, layout, heights):
         lowest=f"{lowest:.0f}",
         highest=f"{highest:.0f}",
         **dict(zip(names, left_over, strict=True)),
+    )
+
+
+def _room_above(rise, geometry):
+    """Say how high must be flown for overlaps that are left on the highest ground."""
+    share = max(
+        RIM_OF_OVERLAP / max(geometry.forward_overlap - RIM_OF_OVERLAP, 1e-6),
+        1.0 / max(geometry.side_overlap, 1e-6),
+    )
+    height = np.ceil(rise * share / 100.0) * 100.0
+    scale_number = np.ceil(height / geometry.principal_distance / 100.0) * 100.0
+    return (
+        f"Give larger overlaps, or fly more than {height:.0f} m above the ground "
+        f"(scale numbers of at least {scale_number:.0f}, in both flights)"
     )
 
 

@@ -29,7 +29,7 @@ NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
 BUSY = 100.0  # half models
 LEAST_POINTS = 4
-FEWEST_POINTS = 12
+FEWEST_POINTS, FEWEST_ROWS = 12, 3
 SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
 
 
@@ -131,27 +131,31 @@ def models_over(area, model, scale_number, n_coverages):
 
 def require_one_model(area, model, scale_number):
     """Refuse an area that is smaller than a model of the low flight."""
-    low = scale_number * np.array(usable_model(model))
-    least = float(low.min())
-    if min(area.extent) < least / 2.0 or area.shape.area < low.prod() / 2.0:
+    size = np.array(usable_model(model))
+    low, width = scale_number * size, min(area.extent)
+    # as far as an area may be narrower than a model, or smaller
+    of_area = np.sqrt(2.0 * area.shape.area / size.prod())
+    largest = min(2.0 * width / size.min(), of_area)
+    if scale_number > largest:
+        apart = min(width / FEWEST_ROWS, np.sqrt(area.shape.area / FEWEST_POINTS))
         raise GeometryError(
             f"the area, {number(area.extent[0], 3)} x {number(area.extent[1], 3)} m, "
-            f"is smaller than one model of the low flight, {number(low[0], 3)} x "
-            f"{number(low[1], 3)} m",
+            f"is too narrow or too small for models of the low flight, "
+            f"{number(low[0], 3)} x {number(low[1], 3)} m",
             expected="an area of several models",
-            remedy="Give larger image scales (smaller scale numbers); control alone "
-            "does for less",
+            remedy=f"Give scale numbers of at most {downwards(largest)}, with points "
+            f"at most {downwards(apart)} m apart; control alone does for less",
         )
 
 
 def require_rows(area, spacing):
     """Refuse an area that has too few points, ``spacing`` [m] apart."""
     wanted = area.shape.area / spacing**2
-    if min(area.extent) < 3.0 * spacing or wanted < FEWEST_POINTS:
+    if min(area.extent) < FEWEST_ROWS * spacing or wanted < FEWEST_POINTS:
         raise GeometryError(
             f"points {spacing:g} m apart are too few for an area of "
             f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",
-            expected=f"at least 3 rows of them, and {FEWEST_POINTS}",
+            expected=f"at least {FEWEST_ROWS} rows of them, and {FEWEST_POINTS}",
             remedy="Give a smaller --spacing",
         )
 
