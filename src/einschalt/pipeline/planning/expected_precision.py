@@ -215,7 +215,8 @@ def propagate_scene(
 
 
 def _by_arrays(scene, design, weighting):
-    high, low = (_plane_flight(scene, flight) for flight in FLIGHTS)
+    stands_for = (design.layout_spacing / design.spacing) ** 2
+    high, low = (_plane_flight(scene, flight, stands_for) for flight in FLIGHTS)
     flights = propagate_flights(high, low, _control_of(scene), weighting)
     total = _total(flights.errors.covariance)
     is_control = scene.is_control[flights.point]
@@ -239,15 +240,14 @@ def _by_arrays(scene, design, weighting):
     return PropagatedBlock(design, weighting, of_new_points, *numbers, parts, details)
 
 
-def _plane_flight(scene, flight):
+def _plane_flight(scene, flight, stands_for):
     layout, height = scene.layouts[flight], flight.removesuffix("_flight")
     if not np.bincount(layout.model, minlength=layout.n_models).all():
         raise UnusableModelError
     kind, xy = scene.geometry.transformation_kind, scene.plane_measured(flight)
     m_g_um = scene.stated_m_g_um(height)
-    return PlaneFlight(
-        kind, layout.scale_number, m_g_um, layout.model, layout.point, xy
-    )
+    rows = layout.model, layout.point, xy
+    return PlaneFlight(kind, layout.scale_number, m_g_um, *rows, stands_for)
 
 
 def _control_of(scene):

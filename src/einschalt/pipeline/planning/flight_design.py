@@ -106,8 +106,8 @@ class FlightDesign:
         """Distance of the points of the layout [m].
 
         Where dozens of models hold a point it is larger than planned: fewer points,
-        with the same control, make errors that are the same or up to 5 % larger, since
-        little of them comes from the noise of single points.
+        with the same control, make the same errors, to some 2 %, if each has those of
+        the mean of all for which it stands, where models are fitted on it.
         """
         width, height = self.extent
         n_points = width * height / self.spacing**2

@@ -59,6 +59,9 @@ class PlaneFlight:
     model: np.ndarray
     point: np.ndarray
     xy: np.ndarray  # (n_rows, 2): in the unit of the models
+    # points that each one stands for, but for control: models of another flight that
+    # are fitted on it are fitted on so many, and its error is that of their mean
+    stands_for: float = 1.0
 
     @property
     def n_models(self):
@@ -236,6 +239,7 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     operator = of_high.operator(_sources(len(control.point)), axes)
     chains = {CONTROL: operator.ground @ own, HIGH: operator.measured @ own}
     high_means = _Means.of(high, weighting, chains, sizes)
+    sizes[HIGH] = _of_all_points(sizes[HIGH], high, control)
     approximate = _mean_ground(of_high, high_means)
     of_low = _transformed(low, low_xy, low.kind, high_means.point, approximate)
     operator = of_low.operator(_sources(len(high_means.point)), axes)
@@ -248,6 +252,12 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     to_points = {name: final @ chain for name, chain in chains.items()}
     errors = propagate(means.point, to_points, sizes, known)
     return PropagatedFlights(means, of_low, errors, chains)
+
+
+def _of_all_points(errors, flight, control):
+    """Errors of single points as those of the means of all for which they stand."""
+    of_mean = errors / np.sqrt(flight.stands_for)
+    return np.where(np.isin(flight.point, control.point), errors, of_mean)
 
 
 def _sizes(high, low, control):
