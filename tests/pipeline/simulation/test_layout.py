@@ -9,9 +9,11 @@ from einschalt.pipeline.simulation.layout import (
     lay_flight,
     leave_control_of_others,
     name_points,
+    on_control_alone,
     scatter_points,
     shape_terrain,
     turn,
+    with_control_of_all,
 )
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
@@ -176,3 +178,24 @@ def test_flight_whose_models_hold_too_few_points_is_refused():
         match=r"no model of the low flight holds 6 points.*Lower point_sp",
     ):
         laid(geometry, "low_flight")
+
+
+def test_control_of_few_points_stands_at_nodes_of_all_and_in_every_model():
+    geometry = BlockGeometry(width=5000.0, height=4400.0, point_spacing=100.0)
+    few = scatter_points(geometry, np.random.default_rng(0), 320.0)
+    layout = lay_flight(geometry, "high_flight", few)
+    position, n_control = with_control_of_all(geometry, layout, few)
+    nodes = (position[:n_control] + geometry.half_extent) / 100.0
+    np.testing.assert_allclose(nodes, np.round(nodes), atol=1e-9)
+    assert np.abs(position[:n_control]).max(axis=0) == pytest.approx(
+        geometry.half_extent
+    )
+    # about as many others make room
+    assert len(few) <= len(position) < len(few) + n_control / 2
+    layout = lay_flight(geometry, "high_flight", position)
+    alone = on_control_alone(layout, n_control, geometry.control_per_model)
+    assert alone.point.max() < n_control
+    control = choose_control(geometry, alone, position)
+    assert (np.sort(control, axis=1)[:, 1:] > np.sort(control, axis=1)[:, :-1]).all()
+    # a model that would be left too few keeps its points, and so do all
+    assert on_control_alone(layout, 3, geometry.control_per_model) is layout

@@ -344,10 +344,21 @@ def with_control_of_all(geometry, layout, position):
     corner, spacing = -np.array(geometry.half_extent), geometry.point_spacing
     wanted = _wanted_control(geometry, layout).reshape(-1, 2) - corner
     control = np.unique(np.round(wanted / spacing), axis=0) * spacing + corner
-    control = np.clip(control, corner, -corner)
     nearest = KDTree(position).query(control)[1]
     others = np.delete(position, np.unique(nearest), axis=0)
     return np.concatenate([control, others]), len(control)
+
+
+def on_control_alone(layout, n_control, least) -> FlightLayout:
+    """Leave out of each model all but the first points, which are control.
+
+    The layout as it is where that would leave a model fewer than ``least`` of them.
+    """
+    is_kept = layout.point < n_control
+    count = np.bincount(layout.model[is_kept], minlength=layout.n_models)
+    if count.min() < least:
+        return layout
+    return replace(layout, model=layout.model[is_kept], point=layout.point[is_kept])
 
 
 def leave_control_of_others(layout, control) -> FlightLayout:

@@ -22,6 +22,7 @@ from einschalt.pipeline.simulation.layout import (
     lay_flight,
     leave_control_of_others,
     name_points,
+    on_control_alone,
     scatter_points,
     shape_terrain,
     with_control_of_all,
@@ -302,8 +303,7 @@ def set_scene(geometry, noise, seed, *, spacing=None) -> Scene:
     layouts = {flight: lay_flight(geometry, flight, position) for flight in FLIGHTS}
     high = layouts["high_flight"]
     if n_control:
-        is_there = high.point < n_control
-        high = replace(high, model=high.model[is_there], point=high.point[is_there])
+        high = on_control_alone(high, n_control, geometry.control_per_model)
     control = choose_control(geometry, high, position)
     is_control = np.zeros(len(position), dtype=bool)
     is_control[control] = True

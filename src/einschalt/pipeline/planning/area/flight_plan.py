@@ -309,7 +309,11 @@ def require_overlap(flown, plan, layout, heights):
 
 
 def _room_above(rise, geometry):
-    """Say how high must be flown for overlaps that are left on the highest ground."""
+    """Say how high must be flown for overlaps that are left on the highest ground.
+
+    ``rise`` [m] is that of the ground above the one for which flights are laid out: on
+    it an image flown at a height h is smaller by rise / h.
+    """
     share = max(
         RIM_OF_OVERLAP / max(geometry.forward_overlap - RIM_OF_OVERLAP, 1e-6),
         1.0 / max(geometry.side_overlap, 1e-6),
