@@ -129,3 +129,46 @@ def test_what_is_advised_for_a_corridor_can_be_planned():
     choices = replace(CHOICES, scale_number=(scale,), spacing=(apart,))
     found, frame = recommended.search_over(TARGET, corridor, choices, PlanFrame())
     assert recommended.plan_area(corridor, found, frame).is_recommended
+
+
+def test_large_areas_are_planned_with_the_spacing_that_is_asked_for(monkeypatch):
+    """Fewer points stand for all of them; effort and words are those of all."""
+    monkeypatch.setattr(recommended, "MOST_POINTS", 1500)
+    area = FlightArea(shapely.box(0.0, 0.0, 14_000.0, 9000.0))
+    choices = replace(CHOICES, scale_number=(8100,), n_coverages=(2,))
+    found, frame = recommended.search_over(TARGET, area, choices, PlanFrame())
+    plan = recommended.plan_area(area, found, frame)
+    design = plan.layout.design
+    assert design.spacing == 250
+    n_points = area.shape.area / design.layout_spacing**2
+    assert n_points == pytest.approx(1500, rel=0.01)
+    assert len(plan.layout.position) == pytest.approx(1500, rel=0.1)
+    assert "290 m apart instead of 250" in plan.checked.expected.summary()
+    # values of all points, 250 m apart, in all models of both flights
+    settings = plan.flown.effort.set_index("item").loc["setting", "amount"]
+    each = settings / (area.shape.area / 250.0**2) / plan.checked.plan["n_settings"]
+    assert 5.0 < each < 8.0
+
+
+def test_points_are_advised_so_close_that_control_is_less_than_half():
+    """The control of a layout is more than the estimate has; what it says holds."""
+    area = FlightArea(shapely.box(0.0, 0.0, 9000.0, 7000.0))
+    given = {"scale_number": (7000,), "high_over_low": (1.25,), "n_coverages": (3,)}
+    choices = PlanChoices(**given, spacing=(300,), m_g_um=(10,), control_per_model=(9,))
+    found, frame = recommended.search_over(0.3, area, choices, PlanFrame())
+    with pytest.raises(GeometryError, match="better surveyed") as refused:
+        recommended.plan_area(area, found, frame)
+    apart = float(re.search(r"at most (\d+) m", str(refused.value))[1])
+    assert 220 <= apart < 300
+    choices = replace(choices, spacing=(apart,))
+    found, frame = recommended.search_over(0.3, area, choices, PlanFrame())
+    assert recommended.plan_area(area, found, frame).is_recommended
+    # nor does the search advise what the layout refuses
+    with pytest.raises(GeometryError, match="better surveyed") as refused:
+        recommended.search_over(
+            0.3, area, replace(choices, spacing=(340,)), PlanFrame()
+        )
+    apart = float(re.search(r"at most (\d+) m", str(refused.value))[1])
+    choices = replace(choices, spacing=(apart,))
+    found, frame = recommended.search_over(0.3, area, choices, PlanFrame())
+    assert recommended.plan_area(area, found, frame).is_recommended

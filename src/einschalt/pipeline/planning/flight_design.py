@@ -102,6 +102,11 @@ class FlightDesign:
         return width, height
 
     @property
+    def work_of_a_point(self) -> float:
+        """Values times pairs of models at a point, of all coverages."""
+        return (self.n_coverages * models_per_point(self.model)) ** 3
+
+    @property
     def layout_spacing(self) -> float:
         """Distance of the points of the layout [m].
 
@@ -110,9 +115,7 @@ class FlightDesign:
         the mean of all for which it stands, where models are fitted on it.
         """
         width, height = self.extent
-        n_points = width * height / self.spacing**2
-        n_values = self.n_coverages * models_per_point(self.model)
-        work = n_points * n_values**3
+        work = width * height / self.spacing**2 * self.work_of_a_point
         return float(self.spacing) * max(1.0, work / self.most_work) ** 0.5
 
     def geometry(self) -> BlockGeometry:

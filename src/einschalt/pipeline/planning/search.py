@@ -1,6 +1,7 @@
 """From the wanted precision to the cheapest flight."""
 
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +17,12 @@ from einschalt.pipeline.planning.advice.further_effort import (
 )
 from einschalt.pipeline.planning.advice.points_in_models import (
     MOST_ON_THE_GROUND,
+    model_fill,
+    too_few_points,
     too_much_control,
-    with_enough_points,
 )
 from einschalt.pipeline.planning.arguments import (
+    RANGES,
     PlanCosts,
     checked_axis,
     checked_choice,
@@ -61,6 +64,9 @@ CONTROL_IN_A_MODEL = {5: 6.25, 9: 11.0}
 """In the whole overlap of a model of the high flight, where control is set for all of
 them together: as layouts over areas take it, of film and where images overlap much."""
 
+ON_LAYOUTS = 0.8
+"""Of the most control, where spacings are advised: layouts over areas take more control
+than the estimate, and would refuse them."""
 OUTSIDE = 0.5
 """Of models: what of two opposite ones may lie beyond the border of an area."""
 AT_THE_BORDER = 1.5
@@ -200,7 +206,8 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     frame = PlanFrame() if frame is None else frame
     # edges are looked at as the geometry has them; the paper's M takes its own rule
     model = flown_model(frame)
-    columns = _estimated(_combine(choices), frame, model, where)
+    does = partial(_is_planned, choices, frame, model)
+    columns = _estimated(_combine(choices), frame, model, where, does)
     columns["reached"] = columns[f"reached_{by}"]
     columns["is_feasible"] = columns["reached"] <= target
     columns["is_efficient"] = _is_efficient(columns["cost"], columns["reached"])
@@ -219,11 +226,18 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     return PlanSearch(target, where, by, model, plans, beyond)
 
 
-def _estimated(given, frame, model, where):
-    """Columns of the combinations that are possible, with what they reach."""
-    columns = _precisions(given, frame, model)
+def _nothing_helps(**_changes):
+    return False
+
+
+def _estimated(given, frame, model, where, does=_nothing_helps):
+    """Columns of the combinations that are possible, with what they reach.
+
+    ``does`` tells a refusal what can be advised.
+    """
+    columns = _precisions(given, frame, model, does)
     columns = columns | _work(columns, frame, model)
-    columns = _without_control_alone(columns, frame.max_height)
+    columns = _without_control_alone(columns, frame.max_height, does)
     for formula in FORMULAS:
         columns[f"reached_{formula}"] = _reached(columns, where, formula)
     return columns
@@ -265,13 +279,35 @@ def _combine(choices):
     return {name: part.ravel() for name, part in zip(axes, grid, strict=True)}
 
 
-def _precisions(given, frame, model):
-    """Precisions of the combinations with points enough that fly low enough."""
-    distance = checked_number("principal_distance", frame.principal_distance)
-    is_possible = with_enough_points(given, model, distance, frame.max_height)
+def _is_planned(choices, frame, model, **changes):
+    """Tell whether there is a plan with one value instead of those of a choice."""
+    max_height = changes.pop("max_height", frame.max_height)
+    if any(value not in RANGES[name] for name, value in changes.items()):
+        return False
+    others = {name: (value,) for name, value in changes.items()}
+    given = _combine(replace(choices, **others))
+    fill = model_fill(given, model, frame.principal_distance, max_height)
+    columns = _flown(given, fill.is_possible)
+    columns |= _work(columns, frame, model)
+    most = MOST_ON_THE_GROUND * (ON_LAYOUTS if frame.shares_control else 1.0)
+    return bool((_share_of_control(columns) < most).any())
+
+
+def _flown(given, is_possible):
+    """Columns of the combinations that are possible, with the scale flown above."""
     columns = {name: values[is_possible] for name, values in given.items()}
     high_over_low = columns.pop("high_over_low")
     columns["high_scale_number"] = high_over_low * columns["scale_number"]
+    return columns
+
+
+def _precisions(given, frame, model, does):
+    """Precisions of the combinations with points enough that fly low enough."""
+    distance = checked_number("principal_distance", frame.principal_distance)
+    fill = model_fill(given, model, distance, frame.max_height)
+    if not fill.is_possible.any():
+        raise too_few_points(fill, given, model, frame.max_height, does)
+    columns = _flown(given, fill.is_possible)
     n_points = model.n_points(columns["scale_number"], columns["spacing"])
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
@@ -385,12 +421,17 @@ def _for_each_km2(frame, apart, beyond, scale):
     return M2_PER_KM2 * within / (apart[0] * apart[1] * scale**2)
 
 
-def _without_control_alone(columns, max_height):
+def _share_of_control(columns):
+    """How many control points there are for each point."""
+    return columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
+
+
+def _without_control_alone(columns, max_height, does):
     """Leave out plans that survey so many points that few are left to be densified."""
-    per_point = columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
+    per_point = _share_of_control(columns)
     is_plan = per_point < MOST_ON_THE_GROUND
     if not is_plan.any():
-        raise too_much_control(per_point, columns["spacing"], max_height)
+        raise too_much_control(per_point, columns["spacing"], max_height, does)
     return {name: values[is_plan] for name, values in columns.items()}
 
 

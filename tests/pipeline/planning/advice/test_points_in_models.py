@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from einschalt.foundations.errors import GeometryError
@@ -156,3 +157,56 @@ def test_points_in_a_model_are_fewer_than_the_expected(spacing):
     (nearer, *_) = numbers_in(error.remedy)
     again = replace(choices, spacing=(nearer,))
     assert len(find_plans(0.5, again, PlanFrame(max_height=0.152 * 12_100)).plans) > 0
+
+
+WHAT_HELPS = {
+    "spacing": r"spacings of at most ([\d.]+) m",
+    "scale_number": r"scale numbers of at most ([\d.]+)",
+    "larger": r"(?:or|Give) scale numbers of at least ([\d.]+)",
+    "max_height": r"--max-height of at least ([\d.]+) m",
+}
+
+
+def test_whatever_is_advised_finds_plans(monkeypatch):
+    """Nothing is named that is then refused for too much control, or too few points."""
+    module = "einschalt.pipeline.planning.search.MOST_ON_THE_GROUND"
+    monkeypatch.setattr(module, 0.5)
+    rng = np.random.default_rng(11)
+    n_followed = 0
+    for name in (*CAMERAS, *CAMERAS, *CAMERAS):
+        camera = CAMERAS[name]
+        frame = PlanFrame(
+            image_format=camera.image_format,
+            principal_distance=camera.principal_distance,
+            forward_overlap=camera.forward_overlap,
+            side_overlap=camera.side_overlap,
+            max_height=rng.choice([None, 60.0, 120.0, 500.0, 1500.0]),
+            shares_control=bool(rng.random() < 0.5),
+        )
+        choices = PlanChoices(
+            scale_number=tuple(np.array(camera.scale_numbers) * rng.uniform(0.6, 1.6)),
+            spacing=(max(camera.spacings) * rng.choice([1.0, 2.0, 4.0, 8.0]),),
+            m_g_um=camera.m_g_um[:1],
+        )
+        for changed, below in _advised(choices, frame):
+            n_followed += 1
+            assert len(find_plans(0.5, changed, below).plans) > 0
+    assert n_followed > 20
+
+
+def _advised(choices, frame):
+    """Choices and frames that a refusal names instead."""
+    try:
+        find_plans(0.5, choices, frame)
+    except GeometryError as error:
+        found = {n: re.search(text, error.remedy) for n, text in WHAT_HELPS.items()}
+    else:
+        return
+    said = {name: float(one[1]) for name, one in found.items() if one}
+    at_once = {n: (said[n],) for n in ("spacing", "scale_number") if n in said}
+    if at_once:
+        yield replace(choices, **at_once), frame
+    if "larger" in said:
+        yield replace(choices, scale_number=(said["larger"],)), frame
+    if "max_height" in said:
+        yield choices, replace(frame, max_height=said["max_height"])

@@ -1,6 +1,7 @@
 """Whether models hold enough points to be planned, and what would give them enough."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +16,7 @@ the rest would be surveyed there as well, and better, with the instrument at han
 BELOW = 1.0 + 1e-9
 """Heights that stand on the limit are kept, whatever their last digit."""
 MORE = 1.001  # of an advised number: what lies on a limit is not above it
+STEP_DOWN = 0.95  # of a spacing, to the next that is tried, as of heights upwards
 
 
 def require_points(model, scale_number, spacing):
@@ -53,62 +55,108 @@ def require_points(model, scale_number, spacing):
         )
 
 
-def with_enough_points(given, model, distance, max_height):
-    """Tell which combinations have enough points in their models and fly low enough.
+@dataclass(frozen=True)
+class ModelFill:
+    """How full the models of combinations are, and how high they are flown, (n,)."""
+
+    n_points: np.ndarray  # in a model of the low flight
+    in_high_model: np.ndarray  # in one of the high flight; control is chosen of them
+    height: np.ndarray  # of the high flight above ground [m]
+    least: int  # points that a transformation needs
+    wanted: np.ndarray  # control in a model of the high flight
+    limit: float  # of the height [m]
+
+    @property
+    def is_low(self):
+        """Which combinations fly low enough."""
+        return self.height <= self.limit
+
+    @property
+    def is_determined(self):
+        """Whose models hold more points than their transformation needs."""
+        return self.n_points > self.least
+
+    @property
+    def is_possible(self):
+        """Which fly low enough and have points enough in both flights."""
+        is_enough = self.in_high_model >= self.wanted
+        return self.is_low & self.is_determined & is_enough
+
+    @property
+    def lacking(self):
+        """How much smaller the spacing, or larger the scale number, has to be."""
+        of_high = self.wanted / self.in_high_model
+        return np.sqrt(np.maximum(self.least / self.n_points, of_high)) * MORE
+
+
+def model_fill(given, model, distance, max_height) -> ModelFill:
+    """Count the points in the models of combinations.
 
     ``given`` has scale_number, high_over_low, spacing and control_per_model, (n,);
     ``distance`` is the principal distance [m], ``max_height`` the limit above ground,
-    None if there is none [m]. GeometryError, with what would be possible, if no
-    combination is.
+    None if there is none [m].
     """
     n_points = model.n_points(given["scale_number"], given["spacing"])
-    # control is chosen among the points
-    in_high_model = given["high_over_low"] ** 2 * n_points
-    height = distance * given["high_over_low"] * given["scale_number"]
-    limit = np.inf if max_height is None else max_height * BELOW
-    least, wanted = LEAST_POINTS[model.kind], given["control_per_model"]
-    is_low, is_determined = height <= limit, n_points > least
-    is_possible = is_low & is_determined & (in_high_model >= wanted)
-    if is_possible.any():
-        return is_possible
-    # how much smaller the spacing, or larger the scale number, has to be
-    lacking = np.sqrt(np.maximum(least / n_points, wanted / in_high_model)) * MORE
-    if not is_low.any():
-        raise GeometryError(
-            f"the lowest high flight is flown {number(height.min(), 3)} m above ground",
+    return ModelFill(
+        n_points,
+        given["high_over_low"] ** 2 * n_points,
+        distance * given["high_over_low"] * given["scale_number"],
+        LEAST_POINTS[model.kind],
+        given["control_per_model"],
+        np.inf if max_height is None else max_height * BELOW,
+    )
+
+
+def too_few_points(fill, given, model, max_height, does) -> GeometryError:
+    """Give the refusal of combinations none of which is possible.
+
+    ``does(spacing=…, scale_number=…, max_height=…)`` tells whether there is a plan with
+    these instead: nothing is advised that would be refused for another reason.
+    """
+    if not fill.is_low.any():
+        return GeometryError(
+            f"the lowest high flight is flown {number(fill.height.min(), 3)} m above "
+            "ground",
             expected=f"at most {max_height:g} m",
-            remedy=_of_height(given, lacking, height, max_height),
+            remedy=_of_height(fill, given, max_height, does),
         )
-    remedy = _remedy(given, lacking, height, limit)
-    if not (is_low & is_determined).any():
-        raise GeometryError(
-            f"at most {n_points[is_low].max():.2g} points lie in a model",
-            expected=f"more than {least} for kind = {model.kind}",
+    remedy = _remedy(fill, given, does)
+    if not (fill.is_low & fill.is_determined).any():
+        return GeometryError(
+            f"at most {fill.n_points[fill.is_low].max():.2g} points lie in a model",
+            expected=f"more than {fill.least} for kind = {model.kind}",
             remedy=remedy,
         )
-    most = downwards(in_high_model[is_low & is_determined].max())
-    raise GeometryError(
+    most = downwards(fill.in_high_model[fill.is_low & fill.is_determined].max())
+    return GeometryError(
         f"at most {float(most):g} points lie in a high-flight model",
-        expected=f"{wanted.min():.0f} that can be control",
+        expected=f"{fill.wanted.min():.0f} that can be control",
         remedy=remedy,
     )
 
 
-def too_much_control(of_points, spacing, max_height):
+def too_much_control(of_points, spacing, max_height, does) -> GeometryError:
     """Give the refusal of plans whose control is too great a part of all points.
 
-    ``of_points`` is that part, ``spacing`` [m] that of the points, (n,).
+    ``of_points`` is that part, ``spacing`` [m] that of the points, (n,); ``does`` as
+    with :func:`too_few_points`.
     """
-    spacing = np.max(spacing * np.sqrt(MOST_ON_THE_GROUND / of_points)) / MORE
-    remedy = (
-        f"Give spacings of at most {downwards(spacing)} m: control grows with the "
-        "models of the high flight, which cannot be larger below --max-height"
-    )
+    largest = np.max(spacing * np.sqrt(MOST_ON_THE_GROUND / of_points)) / MORE
+    apart = _spacing_that(does, largest)
     if max_height is None:
         remedy = (
-            f"Give spacings of at most {downwards(spacing)} m, or larger scale numbers "
+            f"Give spacings of at most {apart} m, or larger scale numbers "
             "of the high flight (--high-over-low)"
+            if apart
+            else "Give larger scale numbers of the high flight (--high-over-low)"
         )
+    elif apart:
+        remedy = (
+            f"Give spacings of at most {apart} m: control grows with the "
+            "models of the high flight, which cannot be larger below --max-height"
+        )
+    else:
+        remedy = "Give a greater --max-height"
     return GeometryError(
         f"control would be at least {per_cent(np.min(of_points))} of the points",
         expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be better "
@@ -117,46 +165,53 @@ def too_much_control(of_points, spacing, max_height):
     )
 
 
-def _remedy(given, lacking, height, limit):
+def _remedy(fill, given, does):
     """What gives the models enough points, the limit of height being kept."""
-    spacing = downwards(np.max((given["spacing"] / lacking)[height <= limit]))
-    needed = height * lacking
+    apart = np.max((given["spacing"] / fill.lacking)[fill.is_low])
+    spacing = _spacing_that(does, apart)
+    needed = fill.height * fill.lacking
     lowest = int(np.argmin(needed))
-    larger = upwards(given["scale_number"][lowest] * lacking[lowest])
-    if float(spacing) < RANGES["spacing"].low:
+    larger = upwards(given["scale_number"][lowest] * fill.lacking[lowest])
+    if not spacing:
         return f"Give scale numbers of at least {larger}"
-    if needed[lowest] <= limit:
+    if needed[lowest] > fill.limit:
         return (
-            f"Give spacings of at most {spacing} m, or scale numbers of at least "
-            f"{larger}"
+            f"Give spacings of at most {spacing} m: scale numbers of at least "
+            f"{larger}, which would do as well, are flown too high for --max-height "
+            f"(high flight {upwards(needed[lowest])} m)"
         )
+    if not does(scale_number=float(larger)):
+        return f"Give spacings of at most {spacing} m"
     return (
-        f"Give spacings of at most {spacing} m: scale numbers of at least {larger}, "
-        "which would do as well, are flown too high for --max-height (high flight "
-        f"{upwards(needed[lowest])} m)"
+        f"Give spacings of at most {spacing} m, or scale numbers of at least {larger}"
     )
 
 
-def _of_height(given, lacking, height, max_height):
+def _of_height(fill, given, max_height, does):
     """What makes the high flight low enough, and keeps points enough in the models."""
     nearest = given["high_over_low"] == given["high_over_low"].min()
     # both in proportion to the scale number
-    lower = max_height / height[nearest]
+    lower = max_height / fill.height[nearest]
     most = np.max(lower * given["scale_number"][nearest])
-    enough = np.max(lower * given["spacing"][nearest] / lacking[nearest])
-    is_enough = lacking <= MORE
-    least = upwards(np.min(height[is_enough]), 3) if is_enough.any() else ""
-    if most < RANGES["scale_number"].low or enough < RANGES["spacing"].low:
+    enough = np.max(lower * given["spacing"][nearest] / fill.lacking[nearest])
+    is_enough = fill.lacking <= MORE
+    least = ""
+    if is_enough.any():
+        least = _height_that(does, np.min(fill.height[is_enough]), fill.height.max())
+    scales = spacings = ""
+    if most >= RANGES["scale_number"].low:
+        scales = downwards(most, 3)
+        spacings = _spacing_that(does, enough, scale_number=float(scales))
+    if not spacings:
         if not least:
             return "Give smaller spacings, and a greater --max-height"
         return f"Give a --max-height of at least {least} m"
-    scales, spacings = downwards(most, 3), downwards(enough)
     if not least:
         return (
             f"Give scale numbers of at most {scales} with spacings of at most "
             f"{spacings} m"
         )
-    if enough < given["spacing"].min():
+    if float(spacings) < given["spacing"].min():
         return (
             f"Give scale numbers of at most {scales} with spacings of at most "
             f"{spacings} m, or a --max-height of at least {least} m"
@@ -165,6 +220,26 @@ def _of_height(given, lacking, height, max_height):
         f"Give scale numbers of at most {scales}, or a --max-height of at least "
         f"{least} m"
     )
+
+
+def _spacing_that(does, largest, **changes):
+    """Write the largest round spacing with which there is a plan, or "" [m]."""
+    spacing = downwards(largest)
+    while float(spacing) >= RANGES["spacing"].low:
+        if does(spacing=float(spacing), **changes):
+            return spacing
+        spacing = downwards(STEP_DOWN * float(spacing))
+    return ""
+
+
+def _height_that(does, lowest, highest):
+    """Write the least round height below which there is a plan, or "" [m]."""
+    height = upwards(lowest, 3)
+    while not does(max_height=float(height)):
+        if float(height) > highest:
+            return ""
+        height = upwards(float(height) / STEP_DOWN, 3)
+    return height
 
 
 def downwards(value, significant=2):

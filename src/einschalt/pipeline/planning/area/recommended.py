@@ -55,6 +55,7 @@ MOST_POINTS = 200_000
 # time as: a second, about
 MOST_COUNTED, LEAST_COUNTED = 500_000, 5_000
 MOST_LEFT_OUT = 0.002
+WELL_BELOW = 0.9  # of the most control, where points closer to each other are advised
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
 MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 4
@@ -270,12 +271,14 @@ def _require_densified(layout, spacing):
     n_points = layout.area.shape.area / spacing**2
     share = len(layout.control) / n_points
     if share >= MOST_ON_THE_GROUND:
+        # as many points more; control is chosen among them, and hardly grows
+        apart = spacing * np.sqrt(WELL_BELOW * MOST_ON_THE_GROUND / share)
         raise GeometryError(
             f"{len(layout.control)} control points are {per_cent(share)} of all points",
             expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
             "better surveyed on the ground as well",
-            remedy="Give a smaller --spacing, or larger scale numbers of the high "
-            "flight",
+            remedy=f"Give spacings of at most {downwards(apart)} m, or larger scale "
+            "numbers of the high flight",
         )
 
 
@@ -306,14 +309,9 @@ def _whole(area, plan, found, frame, heights, follows):
 def design_over(area, design, most_work=MOST_WORK) -> FlightDesign:
     """Give a design the extent of an area, and no more points than can be held."""
     length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
-    thinnest = float(np.sqrt(length * width / MOST_POINTS))
-    return replace(
-        *(design,),
-        width=length,
-        height=width,
-        most_work=most_work,
-        spacing=max(design.spacing, thinnest),
-    )
+    design = replace(design, width=length, height=width)
+    most_work = min(most_work, MOST_POINTS * design.work_of_a_point)
+    return replace(design, most_work=most_work)
 
 
 class _Layouts:

@@ -75,8 +75,15 @@ class PlannedBlock:
     @property
     def title(self) -> str:
         """What the simulated block is called."""
-        geometry = replace(self.design, most_work=np.inf).geometry()
+        geometry = self._unthinned.geometry()
         return title_of(geometry, self.name, camera_of(geometry))
+
+    @property
+    def _unthinned(self):
+        """The design with all its points, as far as they can be held."""
+        if self.area is None:
+            return replace(self.design, most_work=np.inf)
+        return design_over(self.area, self.design, np.inf)
 
     def simulated(self, seed=0, *, noise=None, title=None, **changes):
         """Measure the block, with errors of a seed; see :func:`simulate_plan`."""
@@ -85,9 +92,8 @@ class PlannedBlock:
         return scene.measured(self.title if title is None else title)
 
     def _scene(self, noise, changes):
-        design = replace(self.design, most_work=np.inf)
         if self.area is None:
-            geometry = _as_measured(design.geometry(), changes)
+            geometry = _as_measured(self._unthinned.geometry(), changes)
             return set_scene(geometry, noise, LAYOUT_SEED)
         flown, geometry = self.flown, _as_measured(self.flown.geometry, changes)
         return scene_of_layouts(
@@ -107,7 +113,7 @@ class PlannedBlock:
         if self.heights is not None:
             altitudes = self._altitudes(layout)
             terrain = SurveyedTerrain(self.heights, _centre(self.area))
-        return _flown(layout, altitudes, terrain)
+        return _flown(layout, self._unthinned, altitudes, terrain)
 
     def _altitudes(self, layout):
         """Altitudes of the plan's photographs, as FlightLayout has them."""
@@ -194,13 +200,13 @@ def _centre(area):
     return area.to_ground(np.zeros((1, 2)))[0]
 
 
-def _flown(layout, altitudes, terrain) -> FlownArea:
-    """Turn a layout into easting and northing, its points as close as planned."""
+def _flown(layout, design, altitudes, terrain) -> FlownArea:
+    """Turn a layout into easting and northing, its points as close as in a design."""
     area, (east, north) = layout.area, _centre(layout.area)
-    position, is_control = _as_close_as_planned(layout)
+    position, is_control = _as_close_as(design, layout)
     turned = turn(position, area.direction)
     ground = None if terrain is None else terrain.height(turned)
-    spacing = min(layout.geometry.point_spacing, layout.design.spacing)
+    spacing = min(layout.geometry.point_spacing, design.layout_spacing)
     geometry = replace(
         layout.geometry,
         point_spacing=float(spacing),
@@ -223,7 +229,7 @@ def _flown(layout, altitudes, terrain) -> FlownArea:
     return FlownArea(geometry, turned, is_control, names, oriented, terrain)
 
 
-def _as_close_as_planned(layout):
+def _as_close_as(design, layout):
     """Local positions of all points; control stays where the plan has set it.
 
     A plan is propagated with fewer points, where it wants many. Of the others the
@@ -231,9 +237,9 @@ def _as_close_as_planned(layout):
     """
     from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
 
-    if layout.geometry.point_spacing <= layout.design.spacing * (1.0 + AS_LONG):
+    if layout.geometry.point_spacing <= design.layout_spacing * (1.0 + AS_LONG):
         return layout.position, layout.is_control
-    area, design = layout.area, replace(layout.design, most_work=np.inf)
+    area = layout.area
     dense = scatter_points(
         geometry_over(area, design), np.random.default_rng(LAYOUT_SEED)
     )
