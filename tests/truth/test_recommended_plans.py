@@ -29,8 +29,8 @@ def test_no_recommended_plan_fails_on_its_own_layout(study, seeds):
 @pytest.mark.parametrize(
     ("outcome", "is_out"),
     [
-        (Outcome("film", "recommended", 0.99, 1.04), False),
-        (Outcome("film", "recommended", 0.99, 1.06), True),
+        (Outcome("film", "recommended", 0.99, 1.01), False),
+        (Outcome("film", "recommended", 0.99, 1.03), True),
         (Outcome("film", "refused"), True),
         (Outcome("film", "none"), False),
     ],

@@ -68,12 +68,13 @@ class AreaLayout:
         return len(self.position) - len(np.intersect1d(*held))
 
 
-def lay_out(area, design, *, seed=0) -> AreaLayout:
+def lay_out(area, design, *, seed=0, control=None) -> AreaLayout:
     """Lay both flights of a design over an area.
 
     Every coverage covers all of it. Control is set where the high flight's models want
-    it: near their corners and middles, each point serving as many models as it can.
-    GeometryError where the area is smaller than a model, or the models are too many.
+    it: near their corners and middles, each point serving as many models as it can; or
+    where ``control`` says, local positions (n_control, 2) [m]. GeometryError where the
+    area is smaller than a model, or the models are too many.
     """
     geometry = geometry_over(area, design)
     require_size(area, design)
@@ -86,10 +87,27 @@ def lay_out(area, design, *, seed=0) -> AreaLayout:
             expected=f"at least {FEWEST_POINTS}",
             remedy="Give a smaller --spacing, or a larger area",
         )
+    if control is not None:
+        position, is_control = with_control_at(control, position)
     flights = {f: _lay_flight(area, geometry, f, position) for f in FLIGHTS}
-    is_control = np.zeros(len(position), dtype=bool)
-    is_control[choose_control(geometry, flights["high_flight"], position)] = True
+    if control is None:
+        is_control = np.zeros(len(position), dtype=bool)
+        is_control[choose_control(geometry, flights["high_flight"], position)] = True
     return AreaLayout(area, design, geometry, position, flights, is_control)
+
+
+def with_control_at(control, position):
+    """Put control in front of other points, the nearest of which give way to it.
+
+    ``control`` (n_control, 2) and ``position`` (n_points, 2) [m]; gives all positions,
+    and which of them are control.
+    """
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
+
+    nearest = KDTree(position).query(control)[1]
+    kept = np.delete(position, np.unique(nearest), axis=0)
+    together = np.concatenate([control, kept])
+    return together, np.arange(len(together)) < len(control)
 
 
 def geometry_over(area, design):

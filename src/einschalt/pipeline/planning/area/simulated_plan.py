@@ -23,6 +23,7 @@ from einschalt.pipeline.planning.area.layout import (
     geometry_over,
     holding,
     lay_out,
+    with_control_at,
 )
 from einschalt.pipeline.planning.area.recommended import (
     AreaPlan,
@@ -232,11 +233,8 @@ def _flown(layout, design, altitudes, terrain) -> FlownArea:
 def _as_close_as(design, layout):
     """Local positions of all points; control stays where the plan has set it.
 
-    A plan is propagated with fewer points, where it wants many. Of the others the
-    nearest to a control point gives way to it.
+    A plan is propagated with fewer points, where it wants many.
     """
-    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
-
     if layout.geometry.point_spacing <= design.layout_spacing * (1.0 + AS_LONG):
         return layout.position, layout.is_control
     area = layout.area
@@ -244,11 +242,7 @@ def _as_close_as(design, layout):
         geometry_over(area, design), np.random.default_rng(LAYOUT_SEED)
     )
     dense = dense[area.holds(dense)]
-    control = layout.position[layout.control]
-    nearest = KDTree(dense).query(control)[1]
-    kept = np.delete(dense, np.unique(nearest), axis=0)
-    position = np.concatenate([control, kept])
-    return position, np.arange(len(position)) < len(control)
+    return with_control_at(layout.position[layout.control], dense)
 
 
 def _shown(flown, geometry, position, ground):
