@@ -50,7 +50,7 @@ def over_area(asked: Asked) -> Answer:
         lambda: _tables_of(plan),
         lambda: figures_of(plan.search, plan.checked),
         scales_of(plan.checked.plan),
-        headline={**headline_of(plan.checked), **_of_area(plan)},
+        headline=_headline_of(plan),
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),
@@ -69,25 +69,32 @@ def _name_of(asked):
     return asked["area_layer"] or asked["area"].stem
 
 
-def _of_area(plan):
-    """What the whole area takes, for programs; the row of the plan is for each km²."""
-    flown, area = plan.flown, plan.area
-    amounts = dict(zip(flown.effort["item"], flown.effort["amount"], strict=True))
-    other = plan.next_flown
-    return {
-        "totals": {
-            "area_km2": area.square_km,
-            "photographs": amounts["image"],
-            "models": amounts["model"],
-            "pointings": amounts["setting"],
-            "control_points": amounts["control_point"],
-            "flight_lines": len(flown.flight_lines),
-            "length_of_lines": flown.flight_lines["length"].sum(),
-            "cost": flown.cost,
-        },
+def _headline_of(plan):
+    """What was recommended, for programs; a row of a plan is for each km²."""
+    flown, other = plan.flown, plan.next_flown
+    headline = headline_of(plan.checked) | {
+        "totals": _totals(plan.area, flown),
         "effort": flown.effort.to_dict("records"),
         "cost_of_area": flown.cost,
         "next_cost_of_area": None if other is None else other.cost,
+    }
+    if other is not None:
+        headline["next_best"]["totals"] = _totals(plan.area, other)
+    return headline
+
+
+def _totals(area, flown):
+    """What the whole area takes."""
+    amounts = dict(zip(flown.effort["item"], flown.effort["amount"], strict=True))
+    return {
+        "area_km2": area.square_km,
+        "photographs": amounts["image"],
+        "models": amounts["model"],
+        "pointings": amounts["setting"],
+        "control_points": amounts["control_point"],
+        "flight_lines": len(flown.flight_lines),
+        "length_of_lines": flown.flight_lines["length"].sum(),
+        "cost": flown.cost,
     }
 
 

@@ -88,17 +88,18 @@ def figures_of(found, checked, unshifted=None):
 
 def headline_of(checked):
     """Row of the plan that was checked, for programs, and whether it holds."""
+    other = checked.next_best
+    return _of_checked(checked) | {
+        "next_best": None if other is None else _of_checked(other)
+    }
+
+
+def _of_checked(checked):
     headline = _headline(checked.plan, checked.reached, is_recommended=checked.is_kept)
     return headline | {
         "target": checked.target,
         "expected_on_layout": expected_figures(checked.expected),
-        "next_best": None if checked.next_best is None else _next_best(checked),
     }
-
-
-def _next_best(checked):
-    other = checked.next_best
-    return _headline(other.plan, other.reached, is_recommended=other.is_kept)
 
 
 def expected_figures(expected):
