@@ -1,6 +1,7 @@
 """``einschalt plan``."""
 
 import json
+import re
 import typing
 
 import numpy as np
@@ -351,3 +352,47 @@ def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_p
     assert text.count(": –") == 0
     drawn = (tmp_path / "out" / "plans.svg").read_text("utf-8")
     assert "The estimate bounds the error of no plan." in drawn
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--target", "8cm", "--scale", 8000, "--spacing", 300),
+        ("--expect", "--spacing", 300, "--width", 4000, "--height", 4000),
+    ],
+)
+def test_one_coverage_is_told_beside_the_verdict_and_to_programs(options, invoke):
+    one = (*options, "--n-coverages", 1)
+    shown = invoke("plan", *one)
+    assert shown.exit_code == 0, shown.stderr
+    verdict = " ".join(shown.stdout[:600].split())
+    assert "One coverage has no other to be compared with: gross errors" in verdict
+    told = json.loads(invoke("plan", *one, "--json").stdout)
+    (problem,) = told["problems"]
+    assert problem["found"].endswith("gross errors cannot be seen")
+    assert problem["expected"] == "two coverages or more"
+    assert problem["remedy"].startswith("Write --n-coverages 2")
+    two = json.loads(invoke("plan", *options, "--n-coverages", 2, "--json").stdout)
+    assert not two["problems"]
+
+
+def test_costs_are_called_counted_or_estimated(invoke, tmp_path):
+    corners = [(0, 0), (6000, 0), (6000, 5000), (0, 5000), (0, 0)]
+    ring = [[500_000 + x, 5_300_000 + y] for x, y in corners]
+    system = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    area = tmp_path / "area.geojson"
+    area.write_text(
+        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
+    )
+    asked = ("--target", "6cm", "--scale", "8000,9000", "--spacing", 300)
+    asked = ("plan", *asked, "--n-settings", "1,2")
+    over = invoke(*asked, "--area", area, "--json")
+    figures, said = json.loads(over.stdout)["figures"], " ".join(over.stderr.split())
+    assert re.search(r"Next best: .* dearer \(counted\)\.", said)
+    counted = r"each km²: cost (\S+) of .*?, (\S+) of the next best"
+    cost, other = re.search(counted, said).groups()
+    assert float(cost) == pytest.approx(figures["cost_of_area"] / 30.0, rel=5e-3)
+    assert float(other) == pytest.approx(figures["next_cost_of_area"] / 30.0, rel=5e-3)
+    alone = " ".join(invoke(*asked).stdout.split())
+    assert re.search(r"Next best: .* dearer \(estimated\)\.", alone)
+    assert "cost, images and control points are estimated, for each km²" in alone

@@ -3,7 +3,7 @@
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.told_errors import told
-from einschalt.foundations.typesetting import wrapped
+from einschalt.foundations.typesetting import number, wrapped
 from einschalt.interfaces.cli.exits import print_error
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
@@ -11,6 +11,7 @@ from einschalt.interfaces.cli.plan_layouts import (
     figures_of,
     frame_of,
     headline_of,
+    notes_of,
     problem_of,
     said_of_frame,
     scales_of,
@@ -43,7 +44,7 @@ def over_area(asked: Asked) -> Answer:
     parts = [
         f"{plan.verdict()}\n{said_of_frame(asked)}",
         plan.checked.expected.summary(),
-        f"{plan.search.summary()}\n{wrapped(_of_estimates(), first='  ', indent='  ')}",
+        f"{plan.search.summary()}\n{wrapped(_of_costs(plan), first='  ', indent='  ')}",
     ]
     return Answer(
         "\n\n".join(parts),
@@ -54,13 +55,26 @@ def over_area(asked: Asked) -> Answer:
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),
+        notes=notes_of(plan.checked.plan["n_coverages"]),
     )
 
 
-def _of_estimates():
+def _of_costs(plan):
+    """Say which costs are counted, beside those of the table, which are estimates."""
+    area, other = plan.area.square_km, plan.next_flown
+    message = mark(
+        "Counted on the layout over the area, for each km²: cost {cost} of the plan "
+        "with which this answer begins."
+    )
+    if other is not None:
+        message = mark(
+            "Counted on the layouts over the area, for each km²: cost {cost} of the "
+            "plan with which this answer begins, {next} of the next best."
+        )
     return translated(
-        "These are estimates for each km². Of plans that may be the cheapest, and of "
-        "the one above, what they take was counted over the area."
+        message,
+        cost=number(plan.flown.cost / area, 3),
+        next="" if other is None else number(other.cost / area, 3),
     )
 
 

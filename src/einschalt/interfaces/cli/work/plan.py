@@ -41,6 +41,7 @@ def plan(context, **options):
         answer = with_terrain(answer, options["terrain"], asked)
     if is_recorded():  # tables are made when they are asked for
         report(question=asked.question, **_headline(answer))
+        report_problems(*answer.notes)
     print_out(answer.text)
     answer = replace(answer, text="\n".join(filter(None, (unused, answer.text))))
     if output is not None:
