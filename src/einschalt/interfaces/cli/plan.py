@@ -86,6 +86,7 @@ def plan(
         CameraName,
         typer.Option(
             metavar="CAMERA",
+            case_sensitive=False,
             help=f"Camera and usual flight: {', '.join(get_args(CameraName))}.",
         ),
     ] = "film_wide",

@@ -74,6 +74,7 @@ def simulate(
         CameraName | None,
         typer.Option(
             metavar="CAMERA",
+            case_sensitive=False,
             show_default=False,
             help="Camera: preset with its usual flight, as of einschalt plan: "
             f"{', '.join(get_args(CameraName))}.",
