@@ -53,11 +53,11 @@ _SEARCHED = {
         "",
         "largest part of the error: measuring, noise, transformation or control",
     ),
-    "images": ("1/km²", "images that are flown, of both flights"),
-    "models": ("1/km²", "models that are oriented, of both flights"),
-    "settings": ("1/km²", "pointings at points, of both flights"),
-    "control_points": ("1/km²", "control points that are surveyed"),
-    "cost": ("1/km²", "cost in the currency of the prices"),
+    "images": ("1/km²", "images that are flown, of both flights, estimated"),
+    "models": ("1/km²", "models that are oriented, of both flights, estimated"),
+    "settings": ("1/km²", "pointings at points, of both flights, estimated"),
+    "control_points": ("1/km²", "control points that are surveyed, estimated"),
+    "cost": ("1/km²", "cost in the currency of the prices, estimated"),
 }
 _OF_AREA = {
     "line_id": ("", "name of the flight line"),

@@ -35,7 +35,8 @@ NAMES = set(
         "metashape problem model note run keep fail skip plan simulate completion "
         "publish orient simulated Point sound column comma two crs TOWN OLD step many "
         "Northng Austria Lambert Albania Germany LCC Portugal affine easting northing "
-        "height weight role control check colour einschalt Nine points Demo Cube"
+        "height weight role control check colour einschalt Nine points Demo Cube TERM "
+        "demo init densify serve batch convert transform export explain"
     )
 )
 # what stands in a file, or is to be typed into it

@@ -62,7 +62,7 @@ def test_errors_are_told_in_german_and_reported_in_english(invoke, tmp_path):
 def test_an_unknown_language_is_refused(invoke, block_folder):
     shown = invoke("check", block_folder, "--language", "fr")
     assert shown.exit_code == 2
-    assert "'fr' is not one of" in shown.stderr
+    assert "--language = 'fr'; expected en or de." in shown.stderr
 
 
 def test_plans_are_told_in_german(invoke):
@@ -135,9 +135,9 @@ def test_help_is_in_the_language_asked_for(invoke):
 
 def test_mistaken_calls_are_told_in_german(invoke):
     for words, told in {
-        ("plan", "--max-heigt", "3"): "Diese Option gibt es nicht: --max-heigt",
-        ("plna",): "Einen Befehl 'plna' gibt es nicht.",
-        ("plan", "--where", "x"): "Ungültiger Wert für '--where': 'x' ist keines von",
+        ("plan", "--max-heigt", "3"): "hat keine Option --max-heigt",
+        ("plna",): "hat keinen Befehl 'plna'; erwartet: demo, init",
+        ("plan", "--where", "x"): "--where = 'x'; erwartet: everywhere, edge oder",
         ("plan", "--spacing", "3foot"): "'3foot' hat eine unbekannte Einheit",
         ("check",): "Aufruf: einschalt check",
     }.items():

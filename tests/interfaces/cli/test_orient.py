@@ -342,11 +342,11 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
         ("--terrain {terrain} --principal-distance 152", "no flying height is given"),
         (
             "--terrain {terrain} --principal-distance 15200 --altitude 2000",
-            "principal_distance = 15.2; expected metres between 0.001 and 5. Did you",
+            "--principal-distance = 15.2; expected metres between 0.001 and 5. Did",
         ),
         (
             "--terrain {terrain} --principal-distance 0.152 --altitude 2000",
-            "principal_distance = 0.000152; expected metres between 0.001 and 5. Did",
+            "--principal-distance = 0.000152; expected metres between 0.001 and 5.",
         ),
         (
             "--terrain {parallaxes} --principal-distance 152 --altitude 2000",

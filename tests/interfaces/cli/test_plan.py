@@ -1,6 +1,7 @@
 """``einschalt plan``."""
 
 import json
+import re
 import typing
 
 import numpy as np
@@ -76,7 +77,7 @@ def test_long_tables_are_cut_in_the_text_only(invoke, tmp_path):
     ("option", "value", "says"),
     [
         ("--scale-number", "-8000", "Give the denominator: 8000 for 1:8000"),
-        ("--scale-number", "0", "scale_number = 0"),
+        ("--scale-number", "0", "--scale-number = 0"),
         ("--spacing", "3000", "spacing = 3000 m is larger than a model at 1:6000"),
         ("--m-0", "10", "10 cm are 0.10"),
         ("--m-0", "ten", "--m-0 'ten'; expected numbers as 6000,8000"),
@@ -84,7 +85,7 @@ def test_long_tables_are_cut_in_the_text_only(invoke, tmp_path):
         ("--m-0", "0.2:0.1:0.01", "with a step above 0, upwards"),
         ("--m-0", "0.1:0.2:1e-9", "100000000 values; expected at most 1000000"),
         ("--m-g-um", "0.00001", "Did you give metres or millimetres?"),
-        ("--forward-overlap", "1", "forward_overlap = 1"),
+        ("--forward-overlap", "1", "--forward-overlap = 1"),
         ("--side-overlap", "30", "Did you give per cent?"),
         ("--image-format", "0.23", "--image-format = 0.23; expected 2 to 1000 mill"),
         ("--image-format", "1x2x", "--image-format ''"),
@@ -280,8 +281,8 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
         (("--target", "50"), "5 cm are 0.05"),
         (("--target", "-1"), "target = -1"),
         (("--target", "0.05", "--control-per-model", "6"), "expected 5 or 9"),
-        (("--target", "0.05", "--n-coverages", "1.5"), "n_coverages = 1.5"),
-        (("--expect", "--scale", "6000,8000"), "--scale-number has 2 values"),
+        (("--target", "0.05", "--n-coverages", "1.5"), "--n-coverages = 1.5"),
+        (("--expect", "--scale", "6000,8000"), "--scale has 2 values"),
         (("--expect", "--high-scale-number", "5000"), "a smaller image scale"),
         (("--expect", "--control-standard-error", "30"), "Did you give millimetres?"),
         (("--expect", "--width", "10"), "width = 10"),
@@ -298,7 +299,7 @@ def test_other_nonsense_is_refused(options, says, invoke):
 def test_a_height_of_nothing_is_refused(invoke):
     shown = invoke("plan", "--target", "5cm", "--max-height", "0")
     assert shown.exit_code == 2
-    assert "max_height = 0" in shown.stderr
+    assert "--max-height = 0" in shown.stderr
     assert "expected 5 to 20000 metres above ground" in shown.stderr
 
 
@@ -337,7 +338,7 @@ def test_a_height_limit_that_is_none_is_refused(invoke):
         shown = invoke("plan", "--target", "5cm", "--max-height", 0, *options)
         assert shown.exit_code == 2
     shown = invoke("plan", "--target", "5cm", "--spacing", "250m", "--max-height", 0)
-    assert "max_height = 0.0; expected 5 to 20000 metres" in shown.stderr
+    assert "--max-height = 0.0; expected 5 to 20000 metres" in shown.stderr
 
 
 def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_path):
@@ -351,3 +352,47 @@ def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_p
     assert text.count(": –") == 0
     drawn = (tmp_path / "out" / "plans.svg").read_text("utf-8")
     assert "The estimate bounds the error of no plan." in drawn
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--target", "8cm", "--scale", 8000, "--spacing", 300),
+        ("--expect", "--spacing", 300, "--width", 4000, "--height", 4000),
+    ],
+)
+def test_one_coverage_is_told_beside_the_verdict_and_to_programs(options, invoke):
+    one = (*options, "--n-coverages", 1)
+    shown = invoke("plan", *one)
+    assert shown.exit_code == 0, shown.stderr
+    verdict = " ".join(shown.stdout[:600].split())
+    assert "One coverage has no other to be compared with: gross errors" in verdict
+    told = json.loads(invoke("plan", *one, "--json").stdout)
+    (problem,) = told["problems"]
+    assert problem["found"].endswith("gross errors cannot be seen")
+    assert problem["expected"] == "two coverages or more"
+    assert problem["remedy"].startswith("Write --n-coverages 2")
+    two = json.loads(invoke("plan", *options, "--n-coverages", 2, "--json").stdout)
+    assert not two["problems"]
+
+
+def test_costs_are_called_counted_or_estimated(invoke, tmp_path):
+    corners = [(0, 0), (6000, 0), (6000, 5000), (0, 5000), (0, 0)]
+    ring = [[500_000 + x, 5_300_000 + y] for x, y in corners]
+    system = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    area = tmp_path / "area.geojson"
+    area.write_text(
+        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
+    )
+    asked = ("--target", "6cm", "--scale", "8000,9000", "--spacing", 300)
+    asked = ("plan", *asked, "--n-settings", "1,2")
+    over = invoke(*asked, "--area", area, "--json")
+    figures, said = json.loads(over.stdout)["figures"], " ".join(over.stderr.split())
+    assert re.search(r"Next best: .* dearer \(counted\)\.", said)
+    counted = r"each km²: cost (\S+) of .*?, (\S+) of the next best"
+    cost, other = re.search(counted, said).groups()
+    assert float(cost) == pytest.approx(figures["cost_of_area"] / 30.0, rel=5e-3)
+    assert float(other) == pytest.approx(figures["next_cost_of_area"] / 30.0, rel=5e-3)
+    alone = " ".join(invoke(*asked).stdout.split())
+    assert re.search(r"Next best: .* dearer \(estimated\)\.", alone)
+    assert "cost, images and control points are estimated, for each km²" in alone

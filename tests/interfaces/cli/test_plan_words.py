@@ -4,6 +4,7 @@ import json
 import re
 
 import pandas as pd
+import pyogrio
 import pytest
 
 from einschalt.foundations.language import catalogue
@@ -11,6 +12,14 @@ from einschalt.foundations.plan_column_meanings import (
     PLAN_COLUMNS,
     PLAN_TABLES,
     meaning_in_plan,
+)
+from einschalt.foundations.plan_figure_meanings import (
+    LAYERS,
+    PLAN_JSON,
+    meaning_in_json,
+    meaning_in_package,
+    meanings_of_name,
+    names_of_figures,
 )
 
 EAST, NORTH = 500_000, 5_300_000
@@ -28,6 +37,13 @@ TERMS = (
     *("centre", "control_per_model", "high_over_low", "n_settings", "n_coverages"),
     *("m_g_um", "gsd", "image_format", "flight line", "photograph", "effort"),
     *("cov.", "c. points", "up to", "high", "control", "next best"),  # in tables
+    *("scale", "double", "middle", "corner", "error", "best scale", "safe from"),
+    *("overlap", "sidelap", "endlap", "base-height ratio", "total", "RMS"),
+    *("least variance", "plain mean", "contributions", "recommended"),
+    *("Punktfehler", "Überd.", "Passp.", "hoch", "bis", "Abstand", "Maßstab"),
+    *("Ziel", "erwartet", "Formel", "Regel von 1971", "zweitbeste", "nächstbeste"),
+    *("empfohlen", "quadratisches Mittel", "kleinste Varianz", "Anteile", "Kosten"),
+    *("Mitte", "Rand", "Ecke", "geschlossene Abschätzung", "Blockanordnung"),
 )
 
 
@@ -45,17 +61,22 @@ def test_units_are_no_terms(term, invoke):
     assert "Flughöhe" not in shown.stdout
 
 
+def area_in(folder):
+    area = folder / "area.geojson"
+    system = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    polygon = {"type": "Polygon", "coordinates": [SQUARE], "crs": system}
+    area.write_text(json.dumps(polygon), "utf-8")
+    return area
+
+
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
+def folder(tmp_path_factory):
     from typer.testing import CliRunner
 
     from einschalt.interfaces.cli.main import app
 
     folder = tmp_path_factory.mktemp("plans")
-    area = folder / "area.geojson"
-    system = {"type": "name", "properties": {"name": "EPSG:32633"}}
-    polygon = {"type": "Polygon", "coordinates": [SQUARE], "crs": system}
-    area.write_text(json.dumps(polygon), "utf-8")
+    area = area_in(folder)
     for name, options in {
         "tables": (),
         "target": ("--target", "6cm", *ONE_PLAN),
@@ -64,7 +85,111 @@ def written(tmp_path_factory):
         words = map(str, ("plan", *options, "--output", folder / name))
         shown = CliRunner().invoke(app, list(words))
         assert shown.exit_code == 0, shown.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def flight_plan(folder):
+    return folder / "area" / "flight_plan.gpkg"
+
+
+@pytest.fixture(scope="module")
+def written(folder):
     return {file.stem: list(pd.read_csv(file)) for file in folder.glob("*/*.csv")}
+
+
+ALONE = ("--target", "6cm", *ONE_PLAN)
+LAID_OUT = ("--expect", "--spacing", 300, "--width", 4000, "--height", 4000)
+UNREACHED = ("--target", "1mm", "--scale-number", 9000, "--spacing", 300)
+
+
+def parts_of(told, part=""):
+    """Names of an object, each with the part of the JSON in which it stands."""
+    for name, value in told.items():
+        yield part, name
+        if isinstance(value, dict):
+            yield from parts_of(value, name)
+        for one in value if isinstance(value, list) else ():
+            if isinstance(one, dict):
+                yield from parts_of(one, name)
+
+
+@pytest.mark.parametrize("options", [(), ALONE, LAID_OUT, UNREACHED, "area", "none"])
+def test_all_names_of_the_json_are_explained(options, invoke, tmp_path):
+    if options == "area":
+        options = (*ALONE, "--n-settings", 4, "--area", area_in(tmp_path))
+    if options == "none":
+        options = ("--target", "6cm", "--scale-number", 9000, "--spacing", 9000)
+    told = json.loads(invoke("plan", *options, "--json").stdout)
+    names = set(parts_of(told))
+    assert {("", "figures"), ("", "problems")} <= names
+    unknown = {found for found in names if meaning_in_json(found[1], found[0]) is None}
+    assert not unknown
+    for name in {name for _, name in names}:
+        shown = invoke("explain", name)
+        assert shown.exit_code == 0, (name, shown.stderr)
+        column = any(name in columns for columns in PLAN_COLUMNS.values())
+        assert column or "plan --json" in shown.stdout, name
+
+
+def test_the_next_best_plan_has_what_the_recommended_one_has(invoke, tmp_path):
+    options = (*ALONE, "--n-settings", 4, "--area", area_in(tmp_path))
+    told = json.loads(invoke("plan", *options, "--json").stdout)["figures"]
+    other = told["next_best"]
+    not_twice = {"next_best", "effort", "question", "cost_of_area"}
+    assert set(told) - set(other) - not_twice == {"next_cost_of_area"}
+    assert other["totals"]["cost"] == told["next_cost_of_area"]
+    assert other["totals"]["cost"] > told["totals"]["cost"] == told["cost_of_area"]
+    assert set(other["totals"]) == set(told["totals"])
+    layout = other["expected_on_layout"]
+    assert layout["mean"] == pytest.approx(other["reached_on_layout"], rel=1e-9)
+    parts = [layout[f"from_{of}"] for of in ("control", "high_flight", "low_flight")]
+    assert sum(part**2 for part in parts) == pytest.approx(layout["mean"] ** 2)
+    per_km2 = other["totals"]["cost"] / other["totals"]["area_km2"]
+    assert other["cost"] == pytest.approx(per_km2)
+
+
+def test_all_columns_of_the_map_are_explained(flight_plan, invoke):
+    layers = {name for name, _ in pyogrio.list_layers(flight_plan)}
+    assert layers == set(LAYERS)
+    for layer in layers:
+        about = pyogrio.read_info(flight_plan, layer=layer)
+        assert tuple(about["fields"]) == LAYERS[layer]
+        for name in (*about["fields"], about["fid_column"], about["geometry_name"]):
+            unit, meaning = meaning_in_package(name, layer)
+            said = f": {meaning}" + (f" [{unit}]" if unit else "")
+            assert said in invoke("explain", name).stdout, name
+
+
+def test_names_of_figures_mean_nothing_else(invoke):
+    """``totals`` was explained as errors of which a total is taken."""
+    shown = invoke("explain", "totals").stdout
+    assert shown.startswith("totals\n  plan --json, figures: what the whole area takes")
+    assert list(meanings_of_name("area_km2")) == [
+        ("plan --json, totals", "km²", "size of the area")
+    ]
+
+
+@pytest.mark.parametrize(
+    "word", ["node_of_area", "cost_of_model", "sum", "foo", "expected_pint", "largo"]
+)
+def test_unknown_words_are_not_taken_for_others(word, invoke):
+    shown = invoke("explain", word)
+    assert shown.exit_code == 2
+    assert "Write" not in shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("percentil_95", "percentile_95"),
+        ("overlapp", "overlap"),
+        ("standard_eror_total", "standard_error_total"),
+        ("Hochflg", "Hochflug"),
+    ],
+)
+def test_a_word_with_a_wrong_letter_is_found(word, meant, invoke):
+    assert f"Write '{meant}'" in invoke("explain", word).stderr
 
 
 def test_all_tables_and_columns_are_explained(written, invoke):
@@ -85,6 +210,11 @@ def test_their_meanings_are_german_too():
         for column in columns
     }
     assert {*PLAN_TABLES.values(), *meanings} <= set(german)
+    figures = {
+        found.text for name in names_of_figures() for found in meanings_of_name(name)
+    }
+    of_next = {text for _, text in PLAN_JSON["next_best"].values()}
+    assert figures | of_next <= set(german)
 
 
 @pytest.mark.parametrize(

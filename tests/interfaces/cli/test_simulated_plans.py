@@ -202,7 +202,7 @@ def test_a_plan_of_one_layout_is_tried(invoke, tmp_path):
     [
         (("--width", 3000), "--width beside --plan"),
         (("--camera", "dmc_3"), "--camera beside --plan"),
-        (("--low-scale", 9000), "--low-scale-number beside --plan"),
+        (("--low-scale", 9000), "--low-scale beside --plan"),
     ],
 )
 def test_the_layout_of_a_plan_is_not_changed(options, says, invoke, planned, tmp_path):

@@ -93,7 +93,9 @@ def test_sliders_answer_as_the_planning_does(visit, root):
     assert (
         figures["expected, total (estimate)"] == f"{100 * plan['expected_mean']:.1f} cm"
     )
-    assert float(figures["cost per km²"]) == pytest.approx(plan["cost"], rel=0.05)
+    assert float(figures["cost per km² (estimate)"]) == pytest.approx(
+        plan["cost"], rel=0.05
+    )
     assert figures["high flight above ground"] == f"{plan['high_flying_height']:.0f} m"
     assert answer["is_plan"]
 

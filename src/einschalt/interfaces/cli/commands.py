@@ -8,6 +8,7 @@ from itertools import pairwise
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
     LANGUAGES,
@@ -16,11 +17,13 @@ from einschalt.foundations.language import (
     mark_each,
     numbers_set,
     translated,
-    written_in,
 )
 from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.lengths import unit_of, with_numbers
 from einschalt.interfaces.cli.outcome import report_problems
+from einschalt.interfaces.cli.typed_options import remember_typed
+from einschalt.interfaces.cli.wrong_calls import UsageError, fault_of
 
 LANGUAGE = "--language"
 # what click writes by itself
@@ -30,39 +33,8 @@ HEADINGS = mark_each(
 USAGE = mark("Usage: ")
 PLACES = (mark("[OPTIONS]"), mark("COMMAND"), mark("[ARGS]..."))
 HELP = mark("Show this message and exit.")
-WRONG_CALLS = (
-    mark("No such option: {0}"),
-    mark("No such option: {0} Did you mean {1}?"),
-    mark("No such option: {0} (Possible options: {1})"),
-    mark("No such command {0}."),
-    mark("No such command {0}. Did you mean {1}?"),
-    mark("Missing argument {0}."),
-    mark("Missing option {0}."),
-    mark("Missing command."),
-    mark("Option {0} requires an argument."),
-    mark("Option {0} does not take a value."),
-    mark("Got unexpected extra argument(s) ({0})"),
-    mark("{0} is not one of {1}."),
-)
-# what the library of the types says of a value, and what is said instead
-FAULTS_OF_VALUES = mark_each(
-    {
-        "Input should be a valid number.*": "expected a number",
-        "Input should be a valid integer.*": "expected a whole number",
-        "Input should be greater than or equal to (?P<limit>.+)": (
-            "expected {limit} or more"
-        ),
-        "Input should be less than or equal to (?P<limit>.+)": (
-            "expected {limit} or less"
-        ),
-    }
-)
-OF_CHECKED_VALUE = "Value error, "
-INVALID = re.compile(r"Invalid value(?: for (?P<name>.+?))?: (?P<why>.*)", re.DOTALL)
 # behind the help of an option: what it is where it is left out, whether it may be
 BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
-# of the copy of click that typer brings
-UsageError = typer.BadParameter.__base__
 # a hyphen at which no line is broken, of the same width; made a plain one at the end
 UNBROKEN = "\u2011"
 
@@ -161,6 +133,10 @@ class Context(typer.Context):
 class CallError(UsageError):
     """A mistaken call, told in the language asked for."""
 
+    def __init__(self, fault, context):
+        super().__init__(str(fault), context)
+        self.fault = fault
+
     def show(self, file=None):
         """Print how the command is called, where its help is, and what is wrong."""
         command = self.ctx.command_path
@@ -168,30 +144,10 @@ class CallError(UsageError):
             self.ctx.get_usage(),
             translated("Try '{command} --help' for help.", command=command),
             "",
-            translated("Error: {found}", found=_told_call(self.message)),
+            printable(translated("Error: {found}", found=told(self.fault))),
         ):
             typer.echo(line, file=file, err=True, color=self.ctx.color)
-        with written_in("en"):  # as all problems that programs are told
-            report_problems(_told_call(self.message))
-
-
-def _told_call(message):
-    """What click says is wrong; a value is told of behind the name of its option."""
-    value = INVALID.fullmatch(message)
-    if value is None:
-        return retold(message)
-    told = _told_fault(value["why"])
-    if value["name"] is None:
-        return told
-    return translated("Invalid value for {name}: {why}", name=value["name"], why=told)
-
-
-def _told_fault(why):
-    """What is wrong with a value, not in the words of a library."""
-    for pattern, message in FAULTS_OF_VALUES.items():
-        if found := re.fullmatch(pattern, why):
-            return translated(message, **found.groupdict())
-    return retold(why.removeprefix(OF_CHECKED_VALUE))
+        report_problems(self.fault)
 
 
 @contextmanager
@@ -200,10 +156,11 @@ def told_call_errors(context):
     try:
         yield
     except UsageError as error:
-        if type(error).__name__ == "NoArgsIsHelpError":
+        is_help = type(error).__name__ == "NoArgsIsHelpError"
+        if is_help or isinstance(error, CallError):
             raise
-        told = CallError(error.format_message(), error.ctx or context)
-        raise told from None
+        told_error = CallError(fault_of(error, context), error.ctx or context)
+        raise told_error from None
 
 
 # whether an option takes one number; others than these tell of commas themselves
@@ -223,6 +180,7 @@ class Command(TyperCommand):
             unit = unit_of(getattr(option, "help", None))
             if is_one or unit:
                 options |= dict.fromkeys(option.opts, (unit, is_one))
+        remember_typed(self.params, args)
         with told_call_errors(ctx):
             return super().parse_args(ctx, with_numbers(args, options))
 
@@ -236,6 +194,11 @@ class Group(TyperGroup):
         """Parse the words before the command."""
         with told_call_errors(ctx):
             return super().parse_args(ctx, args)
+
+    def invoke(self, ctx):
+        """Run the command, if the words name one."""
+        with told_call_errors(ctx):
+            return super().invoke(ctx)
 
     def resolve_command(self, ctx, args):
         """Find the command that the words name."""

@@ -26,9 +26,9 @@ from einschalt.foundations.language import (
 )
 from einschalt.foundations.limited_memory import prepare_for_limits
 from einschalt.foundations.system_errors import reason_of
-from einschalt.foundations.told_errors import told
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
+from einschalt.interfaces.cli.typed_options import as_typed, told_as_typed
 
 UNREACHED = 1  # the work is done, and no plan reaches what was asked for
 WRONG = 2
@@ -81,8 +81,8 @@ def with_exit_status(command):
             with ended_in_order():
                 command(*args, **kwargs)
         except EinschaltError as error:
-            report_problems(error)
-            print_error(f"einschalt: {told(error)}")
+            report_problems(as_typed(error))
+            print_error(f"einschalt: {told_as_typed(error)}")
             raise typer.Exit(WRONG) from None
         except Exception as error:
             said = _said_of(error)

@@ -21,7 +21,8 @@ def explain(
         typer.Argument(
             metavar="TERM",
             help="A term in German or English, a column under its own or a usual name, "
-            "the code of a finding in assessment.json; 'all' lists them.",
+            "a name in the JSON of plan, the code of a finding in assessment.json; "
+            "'all' lists them.",
         ),
     ],
 ):

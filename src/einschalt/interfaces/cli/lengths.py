@@ -6,7 +6,7 @@ them, and decimal commas are known by semicolons: "0,1;0,2".
 
 import re
 
-import typer
+from einschalt.interfaces.cli.wrong_calls import WrongValueError
 
 # written so by surveyors and by keyboards without Greek letters
 METRES = {
@@ -18,7 +18,9 @@ METRES = {
     **dict.fromkeys(("um", "µm", "μm"), 1e-6),
 }
 # what the help of an option says of its unit
-MARK = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]")
+MARK = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]|\b(0 to 1)\b")
+SHARE = "0 to 1"  # which may be given as 60%
+PER_CENT = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*%")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PIECE = re.compile(rf"({NUMBER})\s*({'|'.join(METRES)})?(?![^\s,:x×])")
 # the one number of an option, or those that semicolons separate
@@ -32,13 +34,13 @@ TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
 
 def unit_of(help_text):
-    """Unit in which an option takes a length, by its help; None of other options.
+    """Unit in which an option takes a length, or 0 to 1; by its help, None of others.
 
-    >>> unit_of("Side of the image [mm], or its sides."), unit_of("0 to 1.")
-    ('mm', None)
+    >>> unit_of("Side of the image [mm], or its sides."), unit_of("Of images, 0 to 1.")
+    ('mm', '0 to 1')
     """
     found = MARK.search(help_text or "")
-    return found and (found[1] or "m")
+    return found and (found[1] or found[2] or "m")
 
 
 def in_unit(text, unit):
@@ -53,9 +55,10 @@ def in_unit(text, unit):
     ('0.02,0.03', 'vermv_2016')
     """
     if OTHER_UNIT.fullmatch(text.strip()) and not PIECE.fullmatch(text.strip()):
-        known = ", ".join(METRES)
-        message = f"{text!r} has a unit that is not known; expected one of {known}."
-        raise typer.BadParameter(message)
+        raise WrongValueError(
+            f"{text!r} has a unit that is not known",
+            expected=f"one of {', '.join(METRES)}",
+        )
     if not TEXT.fullmatch(text.strip()):
         return text
     pieces = list(PIECE.finditer(text))
@@ -78,7 +81,7 @@ def _number(text, factor):
 def with_decimal_points(text, *, is_one):
     """The same numbers with decimal points; what has no decimal comma as it is.
 
-    BadParameter where a comma of several numbers may be either, or one before three
+    WrongValueError where a comma of several numbers may be either, or one before three
     digits part thousands.
 
     >>> with_decimal_points("5,5cm", is_one=True)
@@ -93,8 +96,11 @@ def with_decimal_points(text, *, is_one):
         return WITH_COMMA.sub(r"\1.\2", text) if WITH_COMMA.fullmatch(text) else text
     if _may_be_one(text):
         as_list, as_number = text.replace(",", ";"), text.replace(",", ".")
-        ways = f"write {as_number!r} or {as_list!r}."
-        raise typer.BadParameter(f"{text!r} may be two numbers or one; {ways}")
+        raise WrongValueError(
+            f"{text!r} may be two numbers or one",
+            expected="decimals behind a point, or semicolons between numbers",
+            remedy=f"Write {as_number!r} or {as_list!r}",
+        )
     if ";" not in text:
         return text
     return ",".join(WITH_COMMA.sub(r"\1.\2", part) for part in text.split(";"))
@@ -118,8 +124,11 @@ def _may_be_one(text):
 def _refuse_thousands(text):
     """Refuse one number of which a comma may part thousands or decimals."""
     if THOUSANDS.fullmatch(text.strip()):
-        ways = f"write {text.replace(',', '')!r} or {text.replace(',', '.')!r}."
-        raise typer.BadParameter(f"{text!r} may be thousands or decimals; {ways}")
+        raise WrongValueError(
+            f"{text!r} may be thousands or decimals",
+            expected="a number that is read in one way only",
+            remedy=f"Write {text.replace(',', '')!r} or {text.replace(',', '.')!r}",
+        )
 
 
 def with_numbers(words, options):
@@ -131,25 +140,42 @@ def with_numbers(words, options):
     >>> with_numbers(["--spacing", "250m", "--target=5,5cm"],
     ...              {"--spacing": ("m", False), "--target": ("m", True)})
     ['--spacing', '250', '--target=0.055']
+    >>> with_numbers(["--forward-overlap", "60%"], {"--forward-overlap": (SHARE, True)})
+    ['--forward-overlap', '0.6']
     """
-    done, taken = [], None
+    done, asked = [], None
     for word in words:
         option, sign, value = word.partition("=")
-        if taken is not None:
-            done.append(_as_number(word, *taken))
+        if asked is not None:
+            done.append(_of_option(asked, word, options))
         elif sign and option in options:
-            done.append(f"{option}={_as_number(value, *options[option])}")
+            done.append(f"{option}={_of_option(option, value, options)}")
         else:
             done.append(word)
-        taken = options.get(word) if taken is None else None
+        asked = word if asked is None and word in options else None
     return done
 
 
+def _of_option(option, text, options):
+    """Value of an option as a number; what is wrong with it is told of the option."""
+    try:
+        return _as_number(text, *options[option])
+    except WrongValueError as error:
+        error.param_hint = option
+        raise
+
+
 def _as_number(text, unit, is_one):
+    if unit == SHARE and (share := PER_CENT.fullmatch(text.strip())):
+        return f"{float(share[1].replace(',', '.')) / 100.0:.12g}"
     if is_one is not None:
         text = with_decimal_points(text, is_one=is_one)
     elif WITH_COMMA.fullmatch(text) and not text[-1].isdecimal():
         # one value or a word: no list of lengths, which in_unit would make of it
         point = text.replace(",", ".")
-        raise typer.BadParameter(f"{text!r} has a decimal comma; write {point!r}.")
-    return text if unit is None else in_unit(text, unit)
+        raise WrongValueError(
+            f"{text!r} has a decimal comma",
+            expected="a decimal point",
+            remedy=f"Write {point!r}",
+        )
+    return text if unit in (None, SHARE) else in_unit(text, unit)

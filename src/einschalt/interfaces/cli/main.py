@@ -5,9 +5,11 @@ when it runs, so that help comes at once.
 """
 
 import os
+import re
 import sys
 import warnings
 from importlib import import_module
+from textwrap import wrap
 from typing import Annotated, Literal
 
 import typer
@@ -54,6 +56,9 @@ COMMANDS = mark_each(
 # the example blocks, Kovarik's own tables, and the present folder
 ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan", "serve")
 EXAMPLES = mark("Examples:")
+MOST_OF_A_LINE = 74  # of 80, which help indents, and the sign that a line goes on
+OPTION_AND_VALUE = re.compile(r"(?<=\s)(-\S+) (?!-)(\S+)")
+STUCK = "\u00a0"  # in place of a blank at which no line is broken
 HELP = {"--help", "-h", "--version"}
 HOW = {
     "add_completion": False,
@@ -109,8 +114,20 @@ class CommandsOnDemand(Group):
 
 def _examples(*calls):
     """Epilog of a help text; the mark keeps it from being wrapped."""
-    lines = "\n".join(f"  {call}" for call in calls)
+    lines = "\n".join(f"  {line}" for call in calls for line in _lines_of(call))
     return f"\b\n{EXAMPLES}\n{lines}"
+
+
+def _lines_of(call):
+    r"""Lines of a call that has no room in one, broken before options as in a shell.
+
+    >>> _lines_of("einschalt " + "--name value " * 6)[1]
+    '    --name value'
+    """
+    whole = OPTION_AND_VALUE.sub(rf"\1{STUCK}\2", call.strip())
+    how = {"break_long_words": False, "break_on_hyphens": False}
+    lines = wrap(whole, MOST_OF_A_LINE, subsequent_indent="    ", **how)
+    return [line.replace(STUCK, " ") for line in " \\\n".join(lines).split("\n")]
 
 
 def _imported(name):

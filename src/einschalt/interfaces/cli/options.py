@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from einschalt.interfaces.cli.wrong_calls import WrongValueError
+
 
 def given_path(text):
     """Take a word of the command line as a path; an empty one is refused.
@@ -15,7 +17,7 @@ def given_path(text):
     ``Path("")`` would be the present folder, and results would be strewn into it.
     """
     if not str(text):
-        raise typer.BadParameter("the path is empty; expected a file or folder.")
+        raise WrongValueError("the path is empty", expected="a file or folder")
     return Path(text)
 
 

@@ -76,7 +76,9 @@ def orient(
         float, "altitude of the flight, in the height system of the table [m]."
     ) = None,
     image_format: _terrain(float, "side of the image [mm] (default: 230).") = None,
-    forward_overlap: _terrain(float, "forward overlap, 0 to 1 (default: 0.6).") = None,
+    forward_overlap: _terrain(
+        float, "forward overlap, 0 to 1 or as 60% (default: 0.6)."
+    ) = None,
     wing: _terrain(
         float,
         "distance of points 3 to 6 from the base in the image [mm] (default: 100).",

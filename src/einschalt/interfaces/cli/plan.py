@@ -86,6 +86,7 @@ def plan(
         CameraName,
         typer.Option(
             metavar="CAMERA",
+            case_sensitive=False,
             help=f"Camera and usual flight: {', '.join(get_args(CameraName))}.",
         ),
     ] = "film_wide",
@@ -97,8 +98,8 @@ def plan(
         ),
     ] = None,
     principal_distance: _number("Principal distance [mm].") = None,
-    forward_overlap: _number("Of consecutive images, 0 to 1.") = None,
-    side_overlap: _number("Of neighbouring strips, 0 to 1.") = None,
+    forward_overlap: _number("Of consecutive images, 0 to 1 or as 60%.") = None,
+    side_overlap: _number("Of neighbouring strips, 0 to 1 or as 60%.") = None,
     target: Annotated[
         float | None,
         typer.Option(
@@ -107,7 +108,11 @@ def plan(
     ] = None,
     where: Annotated[
         Literal["everywhere", "edge", "centre"],
-        typer.Option(help="Target: where in the models it must be reached."),
+        typer.Option(
+            help="Target: part of each model in which the target must be kept: "
+            "everywhere, at the edge, or in the centre. It counts with one coverage "
+            "only; with several the target is the RMS of all points."
+        ),
     ] = "everywhere",
     by: Annotated[
         Literal["expected", "paper"],

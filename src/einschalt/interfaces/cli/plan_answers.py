@@ -38,6 +38,8 @@ class Answer:
     planned: Callable | None = None
     # why no plan is recommended; the search is then done, and its question is not
     problem: EinschaltError | None = None
+    # what programs are told beside that: it has to be known, and forbids nothing
+    notes: Sequence[EinschaltError] = ()
 
 
 def tables(asked: Asked) -> Answer:

@@ -3,7 +3,7 @@
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.told_errors import told
-from einschalt.foundations.typesetting import wrapped
+from einschalt.foundations.typesetting import number, wrapped
 from einschalt.interfaces.cli.exits import print_error
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
@@ -11,6 +11,7 @@ from einschalt.interfaces.cli.plan_layouts import (
     figures_of,
     frame_of,
     headline_of,
+    notes_of,
     problem_of,
     said_of_frame,
     scales_of,
@@ -43,24 +44,37 @@ def over_area(asked: Asked) -> Answer:
     parts = [
         f"{plan.verdict()}\n{said_of_frame(asked)}",
         plan.checked.expected.summary(),
-        f"{plan.search.summary()}\n{wrapped(_of_estimates(), first='  ', indent='  ')}",
+        f"{plan.search.summary()}\n{wrapped(_of_costs(plan), first='  ', indent='  ')}",
     ]
     return Answer(
         "\n\n".join(parts),
         lambda: _tables_of(plan),
         lambda: figures_of(plan.search, plan.checked),
         scales_of(plan.checked.plan),
-        headline={**headline_of(plan.checked), **_of_area(plan)},
+        headline=_headline_of(plan),
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),
+        notes=notes_of(plan.checked.plan["n_coverages"]),
     )
 
 
-def _of_estimates():
+def _of_costs(plan):
+    """Say which costs are counted, beside those of the table, which are estimates."""
+    area, other = plan.area.square_km, plan.next_flown
+    message = mark(
+        "Counted on the layout over the area, for each km²: cost {cost} of the plan "
+        "with which this answer begins."
+    )
+    if other is not None:
+        message = mark(
+            "Counted on the layouts over the area, for each km²: cost {cost} of the "
+            "plan with which this answer begins, {next} of the next best."
+        )
     return translated(
-        "These are estimates for each km². Of plans that may be the cheapest, and of "
-        "the one above, what they take was counted over the area."
+        message,
+        cost=number(plan.flown.cost / area, 3),
+        next="" if other is None else number(other.cost / area, 3),
     )
 
 
@@ -69,25 +83,32 @@ def _name_of(asked):
     return asked["area_layer"] or asked["area"].stem
 
 
-def _of_area(plan):
-    """What the whole area takes, for programs; the row of the plan is for each km²."""
-    flown, area = plan.flown, plan.area
-    amounts = dict(zip(flown.effort["item"], flown.effort["amount"], strict=True))
-    other = plan.next_flown
-    return {
-        "totals": {
-            "area_km2": area.square_km,
-            "photographs": amounts["image"],
-            "models": amounts["model"],
-            "pointings": amounts["setting"],
-            "control_points": amounts["control_point"],
-            "flight_lines": len(flown.flight_lines),
-            "length_of_lines": flown.flight_lines["length"].sum(),
-            "cost": flown.cost,
-        },
+def _headline_of(plan):
+    """What was recommended, for programs; a row of a plan is for each km²."""
+    flown, other = plan.flown, plan.next_flown
+    headline = headline_of(plan.checked) | {
+        "totals": _totals(plan.area, flown),
         "effort": flown.effort.to_dict("records"),
         "cost_of_area": flown.cost,
         "next_cost_of_area": None if other is None else other.cost,
+    }
+    if other is not None:
+        headline["next_best"]["totals"] = _totals(plan.area, other)
+    return headline
+
+
+def _totals(area, flown):
+    """What the whole area takes."""
+    amounts = dict(zip(flown.effort["item"], flown.effort["amount"], strict=True))
+    return {
+        "area_km2": area.square_km,
+        "photographs": amounts["image"],
+        "models": amounts["model"],
+        "pointings": amounts["setting"],
+        "control_points": amounts["control_point"],
+        "flight_lines": len(flown.flight_lines),
+        "length_of_lines": flown.flight_lines["length"].sum(),
+        "cost": flown.cost,
     }
 
 

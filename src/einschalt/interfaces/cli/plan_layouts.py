@@ -24,6 +24,7 @@ from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+from einschalt.pipeline.planning.text import ONE_COVERAGE
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
@@ -59,6 +60,7 @@ def search(asked: Asked) -> Answer:
             *(lambda: _figure_of(found), scales),
             headline=_headline(found.nearest, None, is_recommended=False),
             problem=error,
+            notes=notes_of(found.nearest["n_coverages"]),
         )
 
     parts = [
@@ -74,6 +76,7 @@ def search(asked: Asked) -> Answer:
         headline=headline_of(checked),
         planned=lambda: (planned_block(checked), frame),
         problem=problem_of(checked, found),
+        notes=notes_of(checked.plan["n_coverages"]),
     )
 
 
@@ -88,17 +91,18 @@ def figures_of(found, checked, unshifted=None):
 
 def headline_of(checked):
     """Row of the plan that was checked, for programs, and whether it holds."""
+    other = checked.next_best
+    return _of_checked(checked) | {
+        "next_best": None if other is None else _of_checked(other)
+    }
+
+
+def _of_checked(checked):
     headline = _headline(checked.plan, checked.reached, is_recommended=checked.is_kept)
     return headline | {
         "target": checked.target,
         "expected_on_layout": expected_figures(checked.expected),
-        "next_best": None if checked.next_best is None else _next_best(checked),
     }
-
-
-def _next_best(checked):
-    other = checked.next_best
-    return _headline(other.plan, other.reached, is_recommended=other.is_kept)
 
 
 def expected_figures(expected):
@@ -129,6 +133,18 @@ def problem_of(checked, search):
         expected=f"at most {length(checked.target)}",
         remedy=remedy,
     )
+
+
+def notes_of(n_coverages):
+    """Say for programs that one coverage shows no gross error."""
+    if n_coverages > 1:
+        return ()
+    note = EinschaltError(
+        "one coverage has no other to be compared with: gross errors cannot be seen",
+        expected="two coverages or more",
+        remedy="Write --n-coverages 2, and --n-coverages 2,3 to compare both",
+    )
+    return (note,)
 
 
 def _headline(plan, reached, *, is_recommended):
@@ -244,7 +260,9 @@ def layout(asked: Asked) -> Answer:
     """Answer with the expected precision of one block, over its area."""
     expected = expect_precision(_design_of(asked))
     unshifted = _without_shift(expected)
-    text = f"{expected.summary()}\n\n{describe_effort(expected)}"
+    rest = expected.summary().removeprefix(expected.verdict)
+    said = "" if expected.design.n_coverages > 1 else f"\n{_of_one_coverage()}"
+    text = f"{expected.verdict}{said}{rest}\n\n{describe_effort(expected)}"
     if unshifted is not None:
         same = length(unshifted.figures.mean)
         said = translated("With coverages that are not shifted: {same}.", same=same)
@@ -256,7 +274,12 @@ def layout(asked: Asked) -> Answer:
         [expected.design.scale_number, expected.design.scale_of_high_flight],
         headline={**_asked_design(expected.design), **expected_figures(expected)},
         planned=lambda: (planned_block(expected), None),
+        notes=notes_of(expected.design.n_coverages),
     )
+
+
+def _of_one_coverage():
+    return wrapped(translated(ONE_COVERAGE), first="  ", indent="    ")
 
 
 def _asked_design(design):

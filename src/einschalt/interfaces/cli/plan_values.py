@@ -8,6 +8,7 @@ import numpy as np
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.pipeline.planning.arguments import (
     PlanCosts,
     checked_choice,
@@ -193,13 +194,13 @@ class Asked:
 
     def numbers(self, name, usual):
         """Values of an option as numbers, the usual ones where it was not given."""
-        return numbers(f"--{name.replace('_', '-')}", self[name], usual)
+        return numbers(option_of(name), self[name], usual)
 
     def only(self, name, usual):
         """Give the one value of an option of which a layout can have one only."""
         given = self.numbers(name, usual)
         if len(given) != 1:
-            option = f"--{name.replace('_', '-')}"
+            option = option_of(name)
             raise SettingsError(
                 f"{option} has {len(given)} values",
                 expected="one value: a layout has one",

@@ -74,6 +74,7 @@ def simulate(
         CameraName | None,
         typer.Option(
             metavar="CAMERA",
+            case_sensitive=False,
             show_default=False,
             help="Camera: preset with its usual flight, as of einschalt plan: "
             f"{', '.join(get_args(CameraName))}.",
@@ -103,8 +104,10 @@ def simulate(
         "--scale-number",
         "--scale",
     ) = None,
-    forward_overlap: _geometry(float, "of consecutive images, 0 to 1.") = None,
-    side_overlap: _geometry(float, "of neighbouring strips, 0 to 1.") = None,
+    forward_overlap: _geometry(
+        float, "of consecutive images, 0 to 1 or as 60%."
+    ) = None,
+    side_overlap: _geometry(float, "of neighbouring strips, 0 to 1 or as 60%.") = None,
     n_coverages: _geometry(int, "number of coverages of each flight.") = None,
     control_per_model: _geometry(
         int, "control in each high-flight model, 5 or 9."

@@ -5,6 +5,7 @@ from functools import partial
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.cli.plan_values import flight_of, sides_and_distance
+from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.pipeline.planning.flight_design import RIM_OVER_SIDE, FlightDesign
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
@@ -107,7 +108,7 @@ def _of_plan(options):
     laid_out = (set(GEOMETRY) | {"preset", "camera"}) - set(MEASURED)
     wrong = sorted(name for name in _given(options, laid_out))
     if wrong:
-        option = f"--{wrong[0].replace('_', '-')}"
+        option = option_of(wrong[0])
         raise SettingsError(
             f"{option} beside --plan",
             expected="the layout of the plan as it is",

@@ -248,24 +248,30 @@ def _in_tables(column):
         if column in written_columns(table):
             unit, said = meaning_of(column, table)
             where = translated("{table} (result)", table=table)
-            lines.append(_in_table(where, said, unit))
+            lines.append(in_place(where, said, unit))
     for table, columns in PLAN_COLUMNS.items():
         if column in columns:
             unit, said = meaning_in_plan(column, table)
             where = translated("{table} (plan)", table=table)
-            lines.append(_in_table(where, said, unit))
+            lines.append(in_place(where, said, unit))
     return lines
 
 
-def _in_table(where, said, unit):
+def in_place(where, said, unit):
+    """What a name means in one place, as a line of its explanation."""
     unit = f" [{unit}]" if unit else ""
     return f"  {where}: {translated(said)}{unit}"
 
 
-def _meant(name):
+def names_of_columns():
+    """Names of all columns of all tables."""
     known = {c for table in INPUT_TABLES for c in read_columns(table)}
     known |= {c for table in RESULT_TABLES for c in written_columns(table)}
-    known |= {c for columns in PLAN_COLUMNS.values() for c in columns}
+    return known | {c for columns in PLAN_COLUMNS.values() for c in columns}
+
+
+def _meant(name):
+    known = names_of_columns()
     if name in known:
         return name
     word = folded(name)

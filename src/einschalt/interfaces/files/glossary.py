@@ -50,18 +50,23 @@ class Entry:
         section = translated(SECTIONS[self.section])
         return "\n".join([f"{title} ({section})", *(f"  {one}" for one in said)])
 
-    def is_meant(self, term):
-        """Whether a word stands for it: in one of its languages, its symbol, its code.
-
-        A plural of English counts as its singular.
-        """
+    @property
+    def words(self):
+        """Words that stand for it, in its languages, and its symbol and code."""
         cells = ", ".join(c for name, c in self.cells.items() if name != "unit")
         symbols = [part for text in MATHS.findall(cells) for part in OF_SYMBOLS(text)]
-        words = re.split(r"[,;/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
         # without what stands in brackets, and with it
-        known = {folded(word) for word in (*words, *symbols)} - {""}
+        words = re.split(r"[,;/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
+        return tuple(filter(None, (word.strip() for word in (*words, *symbols))))
+
+    def is_meant(self, term, *, plural=True):
+        """Whether a word stands for it: in one of its languages, its symbol, its code.
+
+        A plural of English counts as its singular, if that is wanted.
+        """
+        known = {folded(word) for word in self.words} - {""}
         wanted = folded(term)
-        return wanted in known or wanted.removesuffix("s") in known
+        return wanted in known or (plural and wanted.removesuffix("s") in known)
 
 
 @cache

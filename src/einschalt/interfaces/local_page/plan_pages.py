@@ -43,7 +43,7 @@ REMEDIES = mark_each(
 )
 WORK = mark_each(
     {
-        "cost": "cost per km²",
+        "cost": "cost per km² (estimate)",
         "images": "images per km²",
         "settings": "pointings per km²",
         "control_points": "control points per km²",

@@ -7,7 +7,7 @@ import pandas as pd
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.told_errors import told
-from einschalt.foundations.typesetting import per_cent, wrapped
+from einschalt.foundations.typesetting import number, per_cent, wrapped
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
@@ -15,7 +15,12 @@ from einschalt.pipeline.planning.expected_precision import (
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.text import PLACES, describe_plan, missed_in_cm
+from einschalt.pipeline.planning.text import (
+    ONE_COVERAGE,
+    PLACES,
+    describe_plan,
+    missed_in_cm,
+)
 from einschalt.pipeline.planning.trials import Trials
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
@@ -24,7 +29,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
 MOST_REFUSED = 60  # layouts that cannot be flown
-MOST_SAID = 8  # plans that miss the target
+MOST_SAID = 3  # plans that miss the target, the cheapest
 RECOMMENDED = 2  # the plan that is recommended, and the next best
 
 
@@ -44,6 +49,8 @@ class CheckedPlan(Result):
     # with one coverage: "centre" or "edge", where in the models ``reached`` is the
     # error; None with several, whose mean is alike everywhere
     place: str | None = None
+    # whether costs were counted on a layout over an area; otherwise they are estimated
+    is_counted: bool = False
 
     @property
     def expected(self) -> ExpectedPrecision:
@@ -69,10 +76,15 @@ class CheckedPlan(Result):
         """Return which plan holds, the next best, and what does not hold."""
         lines = [wrapped(self._verdict(), indent="  ")]
         lines.append(f"  {describe_heights(self.plan)}")
+        if self.plan["n_coverages"] == 1:
+            lines.append(wrapped(translated(ONE_COVERAGE), first="  ", indent="    "))
         if self.next_best is not None:
             other = self.next_best
+            message = mark("Next best: {reached} with {plan}; {dearer} (estimated).")
+            if self.is_counted:
+                message = mark("Next best: {reached} with {plan}; {dearer} (counted).")
             said = translated(
-                "Next best: {reached} with {plan}; {dearer}.",
+                message,
                 reached=_in_cm(other.reached),
                 plan=describe_plan(other.plan),
                 dearer=_dearer(other.plan["cost"] / self.plan["cost"]),
@@ -83,15 +95,18 @@ class CheckedPlan(Result):
         return "\n".join(lines)
 
     def _said_of_missed(self):
-        for plan, reached in self.missed[:MOST_SAID]:
+        """The cheapest plans that miss the target, and how many more there are."""
+        missed = sorted(self.missed, key=lambda found: found[0]["cost"])
+        for plan, reached in missed[:MOST_SAID]:
             yield translated(
-                "Misses the target: {plan}: {reached}",
+                "Misses the target: {plan}: {reached}; estimated cost {cost} per km²",
                 reached=missed_in_cm(reached, self.target),
                 plan=describe_plan(plan),
+                cost=number(plan["cost"], 3),
             )
-        if len(self.missed) > MOST_SAID:
-            n = len(self.missed) - MOST_SAID
-            yield translated("Others that miss the target: {n:plan|plans}.", n=n)
+        if len(missed) > MOST_SAID:
+            n = len(missed) - MOST_SAID
+            yield translated("{n:more plan misses|more plans miss} the target.", n=n)
 
     def _verdict(self):
         message = mark(

@@ -64,8 +64,8 @@ ONE_COVERAGE = mark(
     "control says how good it was. Two: --n-coverages 2"
 )
 OF_PLANS = mark(
-    "up to: the high flight above ground; cost, images and control for each\nkm²; "
-    "errors are total, in cm"
+    "up to: the high flight above ground; cost, images and control points are\n"
+    "estimated, for each km²; errors are total, in cm"
 )
 
 

@@ -5,41 +5,70 @@ from difflib import get_close_matches
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import translated
+from einschalt.foundations.plan_column_meanings import PLAN_COLUMNS
+from einschalt.foundations.plan_figure_meanings import (
+    meanings_of_name,
+    names_of_figures,
+)
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.explained_findings import explained_finding
 from einschalt.interfaces.cli.outcome import report
-from einschalt.interfaces.files.columns_page import ALL, explanation_of
+from einschalt.interfaces.files.columns_page import (
+    ALL,
+    explanation_of,
+    in_place,
+    names_of_columns,
+)
 from einschalt.interfaces.files.glossary import entries
 from einschalt.pipeline.summary.suggestions.catalogue import WORDS
 
-KINDS = ("term", "finding", "column")
+# of a word that is written wrongly: one letter of six or seven
+ALIKE = 0.85
 
 
 def explain(term):
     """Print everything that a word means; a SettingsError where it means nothing."""
     if term == ALL:
-        codes, terms = WORDS, (one.title for one in entries())
-        print_out("\n".join([translated("Findings"), *(f"  {one}" for one in codes)]))
-        print_out("\n".join(["", translated("Terms"), *(f"  {one}" for one in terms)]))
-        print_out(f"\n{explanation_of(ALL)}")
+        _print_all()
         return
     found = {
-        "term": [one.text for one in entries() if one.is_meant(term)],
+        "term": _terms(term),
         "finding": [explained_finding(term)] if term in WORDS else [],
         "column": _column(term),
+        "figure": _figure(term),
     }
     report(**{kind: "\n".join(texts) for kind, texts in found.items() if texts})
     texts = [text for texts in found.values() for text in texts]
     if not texts:
-        known = {folded(one.title): one.title for one in entries()}
-        known |= {folded(code): code for code in WORDS}
-        near = get_close_matches(folded(term), known, n=1)
+        near = _nearest(term)
         raise SettingsError(
-            f"{term!r} is no term, finding or column",
+            f"{term!r} is no term, finding, column or figure",
             expected="a word that einschalt explain all lists",
-            remedy=f"Write {known[near[0]]!r}" if near else "",
+            remedy=f"Write {near!r}" if near else "",
         )
     print_out("\n\n".join(texts))
+
+
+def _print_all():
+    """List findings, terms and figures, and explain all columns."""
+    lists = {
+        translated("Findings"): WORDS,
+        translated("Terms"): (one.title for one in entries()),
+        translated("Figures of plans"): sorted(names_of_figures()),
+    }
+    for title, names in lists.items():
+        print_out("\n".join([title, *(f"  {one}" for one in names), ""]))
+    print_out(explanation_of(ALL))
+
+
+def _terms(term):
+    """Entries of the glossary; a name of a figure is no plural of another word."""
+    is_figure = term in names_of_figures() - _columns_of_plans()
+    return [one.text for one in entries() if one.is_meant(term, plural=not is_figure)]
+
+
+def _columns_of_plans():
+    return {name for columns in PLAN_COLUMNS.values() for name in columns}
 
 
 def _column(name):
@@ -47,3 +76,26 @@ def _column(name):
         return [explanation_of(name).rstrip("\n")]
     except SettingsError:
         return []
+
+
+def _figure(name):
+    """Explain a name of the JSON of a plan, or of its GeoPackage."""
+    lines = [
+        in_place(found.place, found.text, found.unit)
+        for found in meanings_of_name(name)
+    ]
+    return ["\n".join([name, *lines])] if lines else []
+
+
+def _nearest(term):
+    """Word that may be meant by one that is written wrongly; None of any other."""
+    names = (
+        *WORDS,
+        *names_of_columns(),
+        *names_of_figures(),
+        *(word for one in entries() for word in one.words),
+        *(one.title for one in entries()),
+    )
+    known = {folded(name): name for name in names}
+    near = get_close_matches(folded(term), known, n=1, cutoff=ALIKE)
+    return known[near[0]] if near else None

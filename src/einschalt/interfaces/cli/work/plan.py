@@ -10,6 +10,7 @@ from einschalt.interfaces.cli import plan_answers
 from einschalt.interfaces.cli.exits import UNREACHED, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.plan_values import asked_of
+from einschalt.interfaces.cli.typed_options import option_of
 
 QUESTION = {
     "tables": mark("the tables"),
@@ -41,6 +42,7 @@ def plan(context, **options):
         answer = with_terrain(answer, options["terrain"], asked)
     if is_recorded():  # tables are made when they are asked for
         report(question=asked.question, **_headline(answer))
+        report_problems(*answer.notes)
     print_out(answer.text)
     answer = replace(answer, text="\n".join(filter(None, (unused, answer.text))))
     if output is not None:
@@ -68,7 +70,7 @@ def _said_of_unused(asked):
     return translated(
         "Not used for {question}: {options}.",
         question=translated(QUESTION[asked.question]),
-        options=", ".join(f"--{name.replace('_', '-')}" for name in asked.unused),
+        options=", ".join(map(option_of, asked.unused)),
     )
 
 

@@ -289,7 +289,7 @@ def _priced(checked, effort, area):
     for item, column in COLUMN_OF_ITEM.items():
         plan[column] = of_item[item]
     plan["cost"] = effort["cost"].sum() / area.square_km
-    return replace(checked, plan=plan)
+    return replace(checked, plan=plan, is_counted=True)
 
 
 def _whole(area, plan, found, frame, heights, follows):

@@ -1,0 +1,177 @@
+"""Wrong calls are told as other errors are, with options as they were typed."""
+
+import json
+
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import BlockError, SettingsError
+from einschalt.interfaces.cli.lengths import SHARE, with_numbers
+from einschalt.interfaces.cli.typed_options import as_typed, option_of, remember_typed
+
+OUT = ("--output", "out")
+CAMERAS_BUT_ONE = (
+    "film_wide, film_normal, film_super_wide, ultracam_eagle, dmc_3, ultracam_xp, "
+    "dmc_ii_250, uav_full_frame, uav_one_inch or uav_four_thirds"
+)
+CALLS = {
+    ("plan", "--spacng", 3): (
+        "einschalt plan has no option --spacng",
+        "one that its help lists",
+        "Did you mean --spacing?",
+    ),
+    ("plan", "--foo"): (
+        "einschalt plan has no option --foo",
+        "one that its help lists",
+        "See einschalt plan --help",
+    ),
+    ("plan", "--scale"): ("--scale has no value", "one behind it", "--scale VALUES"),
+    ("plan", "--overwrite=3"): (
+        "--overwrite has a value",
+        "the option alone",
+        "Write --overwrite",
+    ),
+    ("plan", "more"): (
+        "einschalt plan has no place for 'more'",
+        "einschalt plan [OPTIONS]",
+        "Leave it out",
+    ),
+    ("densify", "block"): (
+        "--output is missing",
+        "a value: Folder for the results.",
+        "Write --output <path> as well",
+    ),
+    ("densify", *OUT): (
+        "BLOCK is missing",
+        "a value: Folder of the block, or block.toml.",
+        "Write BLOCK as well",
+    ),
+    ("plan", "--camera", "dmc-3"): (
+        "--camera = 'dmc-3'",
+        CAMERAS_BUT_ONE,
+        "Did you mean 'dmc_3'?",
+    ),
+    ("plan", "--camera", "kodak"): ("--camera = 'kodak'", CAMERAS_BUT_ONE, None),
+    ("plan", "--transformation", "afine"): (
+        "--transformation = 'afine'",
+        "affine, helmert or rigid",
+        "Did you mean 'affine'?",
+    ),
+    ("simulate", "--seed", "x", *OUT): ("--seed = 'x'", "a whole number", None),
+    ("transform", "a", "b", *OUT, "--cell=0"): ("--cell = '0'", "0.001 or more", None),
+    ("densify", "block", "--output", ""): (
+        "--output: the path is empty",
+        "a file or folder",
+        None,
+    ),
+    ("plan", "--target", "5feet"): (
+        "--target: '5feet' has a unit that is not known",
+        "one of km, m, dm, cm, mm, um, µm, μm",
+        None,
+    ),
+    # what is refused behind the call
+    ("plan", "--scale", 50): ("--scale = 50", "100 to 500000", "Give the denominator"),
+    ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 500000", "Give"),
+    ("plan", "--point-spacing", 1e5): (
+        "--point-spacing = 100000",
+        "0.5 to 50000 metres",
+        "Did you give kilometres?",
+    ),
+    ("plan", "--scale", "8000,x"): ("--scale 'x'", "numbers as 6000,8000", None),
+    ("plan", "--expect", "--scale", "8000,9000"): (
+        "--scale has 2 values",
+        "one value: a layout has one",
+        "Write --scale 8000",
+    ),
+    ("simulate", "--scale", 5, *OUT): ("--scale = 5.0", "500 to 200000", None),
+    ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5.0", "500 to 200000", None),
+    ("simulate", "--camera", "dmc_3", "--spacing", 0.1, *OUT): (
+        "--spacing = 0.1",
+        "0.5 to 50000 metres",
+        None,
+    ),
+    ("plan", "--target", "5cm", "--costs", "image=-1"): (
+        "--costs: image = -1.0",
+        "0 to 1e+09",
+        None,
+    ),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_wrong_call_says_what_was_found_expected_and_how_to_mend_it(call, invoke):
+    found, expected, remedy = CALLS[call]
+    shown = invoke(call[0], "--json", *call[1:])
+    told = json.loads(shown.stdout)
+    assert told["status"] == shown.exit_code == 2
+    (problem,) = told["problems"]
+    assert problem["found"] == found
+    assert problem["expected"].startswith(expected)
+    assert (remedy or "") in (problem["remedy"] or "")
+    assert f"{found}; expected {expected}" in " ".join(shown.stderr.split())
+    if remedy:
+        assert remedy in shown.stderr
+    german = invoke("--language", "de", *call).stderr
+    assert "erwartet: " in german
+    assert "expected" not in german
+
+
+def test_an_unknown_command_is_told_to_programs_too(invoke):
+    told = json.loads(invoke("plna", "--json").stdout)
+    assert told["status"] == 2
+    (problem,) = told["problems"]
+    assert problem["found"] == "einschalt has no command 'plna'"
+    assert problem["remedy"] == "Did you mean 'plan'?"
+    alone = invoke("--language", "de")
+    assert alone.exit_code == 2
+    assert "wurde ohne Befehl aufgerufen; erwartet: demo, init" in alone.stderr
+
+
+def test_cameras_are_known_in_capitals(invoke):
+    plain, capitals = (invoke("plan", "--camera", name) for name in ("dmc_3", "DMC_3"))
+    assert plain.exit_code == capitals.exit_code == 0
+    assert plain.stdout == capitals.stdout
+
+
+@pytest.mark.parametrize("text", ["60%", "60 %", "0.6", "0,6", "60,0%"])
+def test_overlaps_may_be_per_cent(text, invoke):
+    options = {"--forward-overlap": (SHARE, True)}
+    for words in (["--forward-overlap", text], [f"--forward-overlap={text}"]):
+        given = "=".join(with_numbers(words, options)).rpartition("=")[2]
+        assert float(given) == 0.6
+    shown = invoke("plan", "--forward-overlap", text, "--side-overlap", "25%")
+    assert "overlaps 60 % and 25 %" in " ".join(shown.stdout.split())
+    refused = invoke("plan", "--forward-overlap", "60")
+    assert "--forward-overlap = 60; expected 0.01 to 0.99" in refused.stderr
+
+
+def test_python_names_its_arguments():
+    with pytest.raises(es.EinschaltError, match=r"^spacing = 1e.06; expected"):
+        es.plan_precision(scale_number=8000, spacing=1e6, m_0=0.1, m_g_um=5)
+
+
+class _Option:
+    param_type_name = "option"
+
+    def __init__(self, name, *opts):
+        self.name, self.opts = name, list(opts)
+
+
+def test_errors_of_files_keep_the_names_of_the_file():
+    options = [_Option("scale_number", "--scale-number", "--scale")]
+    remember_typed(options, ["--scale=50", "--other", "1"])
+    assert option_of("scale_number") == "--scale"
+    assert option_of("low_scale_number") == "--scale"
+    assert option_of("m_0") == "--m-0"
+    wrong = SettingsError("scale_number = 50", remedy="Give another --scale-number")
+    mended = as_typed(wrong)
+    assert (mended.found, mended.remedy) == ("--scale = 50", "Give another --scale")
+    in_file = SettingsError("scale_number = 50", file="block.toml", row=3)
+    assert as_typed(in_file) is in_file
+    both = as_typed(BlockError([wrong, in_file]))
+    assert [one.found for one in both.problems] == ["--scale = 50", "scale_number = 50"]
+    twice = as_typed(BlockError([wrong, SettingsError(**vars(wrong))]))
+    assert str(twice) == str(mended)
+    many = BlockError([SettingsError("a row", stands_for=12)])
+    assert as_typed(many).problems[0].stands_for == 12
+    assert as_typed(SettingsError('scale_number="a"')).found == "--scale a"
