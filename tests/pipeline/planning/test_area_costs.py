@@ -172,3 +172,16 @@ def test_points_are_advised_so_close_that_control_is_less_than_half():
     choices = replace(choices, spacing=(apart,))
     found, frame = recommended.search_over(0.3, area, choices, PlanFrame())
     assert recommended.plan_area(area, found, frame).is_recommended
+
+
+@pytest.mark.parametrize("width", [700.0, 1000.0, 1400.0])
+def test_every_coverage_of_a_corridor_is_one_strip(width):
+    """The usual shift by half a strip takes two, which hold the corridor twice."""
+    corridor = FlightArea(shapely.box(0.0, 0.0, 10_000.0, width))
+    choices = replace(CHOICES, spacing=(200,), n_coverages=(2,), m_g_um=(5,))
+    found, frame = recommended.search_over(TARGET, corridor, choices, PlanFrame())
+    plan = recommended.plan_area(corridor, found, frame)
+    assert plan.is_recommended
+    lines = plan.flown.flight_lines.groupby(["flight", "coverage"])
+    assert lines.size().to_list() == [1, 1, 1, 1]
+    assert plan.layout.n_left_out == 0

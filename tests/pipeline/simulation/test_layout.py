@@ -6,6 +6,7 @@ from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     Raster,
     choose_control,
+    flight_rasters,
     lay_flight,
     leave_control_of_others,
     name_points,
@@ -94,6 +95,41 @@ def test_every_coverage_covers_every_block(side, flight, n_coverages):
     position, layout = laid(geometry, flight)
     for coverage in range(n_coverages):
         assert points_held(layout, coverage) == set(range(len(position)))
+
+
+@pytest.mark.parametrize("width", np.linspace(1500.0, 9000.0, 26))
+@pytest.mark.parametrize("n_coverages", [1, 2, 3])
+@pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
+def test_one_or_two_strips_are_not_shifted_so_far_that_more_are_flown(
+    width, n_coverages, flight
+):
+    geometry = BlockGeometry(width=9000.0, height=width, n_coverages=n_coverages)
+    usual = flight_rasters(geometry, flight)
+    few = flight_rasters(geometry, flight, few_strips=True)
+    scale = (
+        geometry.high_scale_number
+        if flight == "high_flight"
+        else geometry.low_scale_number
+    )
+    reach = scale * geometry.usable_model[1] / 2.0
+    step = scale * geometry.neat_model[1]
+    half = geometry.half_extent[1]
+    least = max(1, int(np.ceil((2.0 * half - 2.0 * reach) / step - 1e-9)) + 1)
+    numbers = [raster.shape[1] for raster in few]
+    for raster, shifted in zip(few, usual, strict=True):
+        assert np.array_equal(raster.along, shifted.along)
+        assert raster.across[0] - reach <= -half + 1e-6
+        assert raster.across[-1] + reach >= half - 1e-6
+        assert (np.diff(raster.across) <= step + 1e-6).all()
+        assert np.abs(raster.across).max() <= half + 1e-6
+    if least <= 2 and sum(r.shape[1] for r in usual) > n_coverages * least:
+        assert numbers == [least] * n_coverages
+        places = np.array([raster.across[0] for raster in few])
+        spread = np.diff(places)  # evenly, and never farther than usual
+        assert np.allclose(spread, spread[:1])
+        assert (spread <= geometry.shift * step + 1e-6).all()
+    else:
+        assert numbers == [raster.shape[1] for raster in usual]
 
 
 @pytest.mark.parametrize("side", [2700.0, 3300.0, 4100.0, 5000.0, 6400.0, 7700.0])

@@ -31,6 +31,7 @@ from einschalt.pipeline.planning.arguments import (
     require_reasonable_size,
 )
 from einschalt.pipeline.planning.cameras import flown_columns
+from einschalt.pipeline.planning.flight_design import usable_model
 from einschalt.pipeline.planning.precision_table import frame_of
 from einschalt.pipeline.planning.text import (
     FORMULAS,
@@ -39,6 +40,7 @@ from einschalt.pipeline.planning.text import (
     describe_search,
     describe_verdict,
 )
+from einschalt.pipeline.simulation.layout import FEW_STRIPS, least_strips
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 from einschalt.theory.planning.expected_precision import (
@@ -367,13 +369,13 @@ def _work(columns, frame, model):
     coverages = columns["n_coverages"]
     scales = [columns[f"{flight}scale_number"] for flight in ("", "high_")]
     low, high = (
-        coverages * _for_each_km2(frame, (base, strip), whole * OUTSIDE, scale)
+        coverages * _models(frame, model, (base, strip), whole, scale)
         for scale in scales
     )
     ends = 0.0  # a strip has one image more than models
     if frame.extent is not None:
         _, width, size = frame.extent
-        n_strips = sum(width / (strip * scale) + OUTSIDE for scale in scales)
+        n_strips = sum(_strips(width, model, strip, scale) for scale in scales)
         ends = coverages * n_strips * M2_PER_KM2 / size
     points = M2_PER_KM2 / columns["spacing"] ** 2
     values = 2.0 * models_per_point(model) * coverages
@@ -390,6 +392,29 @@ def _work(columns, frame, model):
         + costs.setting * settings
         + costs.control_point * control,
     }
+
+
+def _models(frame, model, apart, whole, scale):
+    """Count models of one coverage for each km², of an overlap ``whole`` [m]."""
+    usual = _for_each_km2(frame, apart, whole * OUTSIDE, scale)
+    if frame.extent is None:
+        return usual
+    _, width, size = frame.extent
+    n_strips = _least_strips(width, model, apart[1], scale)
+    in_a_strip = (size / width + whole[0] * OUTSIDE * scale) / (apart[0] * scale)
+    few = n_strips * in_a_strip * M2_PER_KM2 / size
+    return np.where(n_strips <= FEW_STRIPS, np.minimum(few, usual), usual)
+
+
+def _strips(width, model, apart, scale):
+    """Number of strips of a coverage over a width [m], in the mean of all."""
+    least = _least_strips(width, model, apart, scale)
+    usual = width / (apart * scale) + OUTSIDE
+    return np.where(least <= FEW_STRIPS, least, usual)
+
+
+def _least_strips(width, model, apart, scale):
+    return least_strips(width, usable_model(model)[1] * scale, apart * scale)
 
 
 def _control(columns, frame, high, whole):

@@ -12,6 +12,8 @@ from einschalt.foundations.errors import SettingsError
 
 FEWEST_IN_ROW = 3
 TOLERANCE = 1e-6  # metres on the ground: lattice and footprint are sums of decimals
+SLACK = 1e-9  # of a step, likewise
+FEW_STRIPS = 2
 N_WAVES = 8  # enough for a terrain without a visible direction
 LONGEST_WAVE, SHORTEST_WAVE = 6000.0, 2000.0  # metres
 FIRST_POINT = 1001
@@ -162,9 +164,8 @@ def _lay_axis(extent, reach, step, shift):
     The step is shortened where the centre of the outermost model would lie outside:
     control in a sliver of a model determines nothing.
     """
-    slack = 1e-9
-    first = min(np.floor((reach - extent) / step - shift + slack), 0.0)
-    last = max(np.ceil((extent - reach) / step - shift - slack), first)
+    first = min(np.floor((reach - extent) / step - shift + SLACK), 0.0)
+    last = max(np.ceil((extent - reach) / step - shift - SLACK), first)
     place = np.arange(first, last + 1.0) + shift
     farthest = np.abs(place).max()
     if farthest > 0.0:
@@ -271,26 +272,62 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
     )
 
 
-def flight_rasters(geometry, flight) -> list[Raster]:
-    """Lay the model centres of each coverage of a flight over the whole rectangle."""
+def flight_rasters(geometry, flight, *, few_strips=False) -> list[Raster]:
+    """Lay the model centres of each coverage of a flight over the whole rectangle.
+
+    With ``few_strips`` coverages are shifted across less where a strip or two hold all
+    of a rectangle, and the usual shift would take more.
+    """
     is_high = flight == "high_flight"
     scale = geometry.high_scale_number if is_high else geometry.low_scale_number
     is_cross = geometry.high_cross_flight if is_high else geometry.low_cross_flight
     return [
-        _lay_raster(geometry, scale, coverage, is_cross and coverage % 2 == 1)
-        for coverage in range(geometry.n_coverages)
+        _lay_raster(geometry, scale, k, is_cross and k % 2 == 1, few_strips)
+        for k in range(geometry.n_coverages)
     ]
 
 
-def _lay_raster(geometry, scale_number, coverage, is_across):
+def _lay_raster(geometry, scale_number, coverage, is_across, few_strips):
     extent = geometry.half_extent[::-1] if is_across else geometry.half_extent
-    shift = coverage * geometry.shift
     sizes, steps = geometry.usable_model, geometry.neat_model
-    (along, base), (across, _) = (
-        _lay_axis(reach, scale_number * size / 2.0, scale_number * step, shift)
+    axes = [
+        (reach, scale_number * size / 2.0, scale_number * step)
         for reach, size, step in zip(extent, sizes, steps, strict=True)
-    )
+    ]
+    shifts = [coverage * geometry.shift] * 2
+    if few_strips:
+        given = geometry.n_coverages, geometry.shift
+        shifts[1] = _shifts_across(*axes[1], *given)[coverage]
+    along, base = _lay_axis(*axes[0], shifts[0])
+    across, _ = _lay_axis(*axes[1], shifts[1])
     return Raster(along, across, base, np.pi / 2.0 if is_across else 0.0)
+
+
+def least_strips(width, held, step):
+    """How few strips hold all of a width, each so much of it, ``step`` apart [m].
+
+    >>> least_strips(np.array([1000.0, 2000.0, 2500.0]), 1500.0, 1000.0)
+    array([1., 2., 2.])
+    """
+    return np.maximum(np.ceil((width - held) / step - SLACK), 0.0) + 1.0
+
+
+def _shifts_across(extent, reach, step, n_coverages, shift):
+    """Shift of each coverage across its strips, in steps.
+
+    The usual one takes a strip more for every other coverage. Where one or two hold all
+    that lies between -extent and extent, they are shifted as far as these still do.
+    """
+    usual = np.arange(n_coverages) * shift
+    n_strips = least_strips(2.0 * extent, 2.0 * reach, step)
+    taken = sum(len(_lay_axis(extent, reach, step, one)[0]) for one in usual)
+    if n_strips > FEW_STRIPS or taken <= n_coverages * n_strips:
+        return usual
+    between = n_strips - 1.0
+    # all is held, and no strip is centred outside
+    beyond = 2.0 * (extent - reach) / step
+    room = min(between - beyond, 2.0 * extent / step - between, usual[-1])
+    return between / 2.0 + max(room, 0.0) * np.linspace(-0.5, 0.5, n_coverages)
 
 
 def _with_enough(centre, point, least):

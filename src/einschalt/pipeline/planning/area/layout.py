@@ -183,7 +183,7 @@ def _lay_flight(area, geometry, flight, position):
     is_high = flight == "high_flight"
     scale = geometry.high_scale_number if is_high else geometry.low_scale_number
     half = scale * np.array(geometry.usable_model) / 2.0
-    rasters = flight_rasters(geometry, flight)
+    rasters = flight_rasters(geometry, flight, few_strips=True)
     kept = [_models_worth_flying(area.local_shape, r.centres(), half) for r in rasters]
     coverage = np.repeat(np.arange(len(kept)), [len(k) for k in kept])
     centre = np.concatenate(
