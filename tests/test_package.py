@@ -129,7 +129,7 @@ def test_the_demo_runs_where_only_the_wheel_is(installed, tmp_path):
         assert said["figures"][name]["credible"] > 0.01
     assert said["figures"]["neukirchen"]["block"] == "Neukirchen (simulated)"
     printed = run(script, "explain", "Passpunkt", cwd=tmp_path)
-    assert printed.startswith("Passpunkt (Points, flights, models)")
+    assert printed.startswith("Passpunkt, Passp. (Points, flights, models)")
 
 
 def test_make_and_the_program_show_the_same_blocks():

@@ -99,7 +99,10 @@ CALLS = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_a_wrong_call_says_what_was_found_expected_and_how_to_mend_it(call, invoke):
+def test_a_wrong_call_says_what_was_found_expected_and_how_to_mend_it(
+    call, invoke, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)  # where no folder "out" is
     found, expected, remedy = CALLS[call]
     shown = invoke(call[0], "--json", *call[1:])
     told = json.loads(shown.stdout)
