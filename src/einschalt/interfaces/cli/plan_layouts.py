@@ -142,7 +142,7 @@ def notes_of(n_coverages):
     note = EinschaltError(
         "one coverage has no other to be compared with: gross errors cannot be seen",
         expected="two coverages or more",
-        remedy="Write --n-coverages 2, and --n-coverages 2,3 to compare both",
+        remedy="Write --n-coverages 2",
     )
     return (note,)
 

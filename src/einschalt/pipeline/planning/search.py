@@ -66,6 +66,7 @@ CONTROL_IN_A_MODEL = {5: 6.25, 9: 11.0}
 """In the whole overlap of a model of the high flight, where control is set for all of
 them together: as layouts over areas take it, of film and where images overlap much."""
 
+OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layout
 ON_LAYOUTS = 0.8
 """Of the most control, where spacings are advised: layouts over areas take more control
 than the estimate, and would refuse them."""
@@ -283,11 +284,14 @@ def _combine(choices):
 
 def _is_planned(choices, frame, model, **changes):
     """Tell whether there is a plan with one value instead of those of a choice."""
-    max_height = changes.pop("max_height", frame.max_height)
-    if any(value not in RANGES[name] for name, value in changes.items()):
+    ranges = RANGES | ALLOWED_WHERE_GIVEN
+    if any(value not in ranges[name] for name, value in changes.items()):
         return False
+    max_height = changes.pop("max_height", frame.max_height)
     others = {name: (value,) for name, value in changes.items()}
-    given = _combine(replace(choices, **others))
+    # how well points are measured decides of no combination whether it is possible
+    alike = {n: np.atleast_1d(getattr(choices, n))[:1] for n in OF_MEASURING}
+    given = _combine(replace(choices, **alike, **others))
     fill = model_fill(given, model, frame.principal_distance, max_height)
     columns = _flown(given, fill.is_possible)
     columns |= _work(columns, frame, model)

@@ -210,3 +210,15 @@ def _advised(choices, frame):
         yield replace(choices, scale_number=(said["larger"],)), frame
     if "max_height" in said:
         yield choices, replace(frame, max_height=said["max_height"])
+
+
+def test_no_height_is_advised_that_is_refused():
+    """Cameras that would have to fly above what planes reach."""
+    high = replace(CHOICES, scale_number=(400_000,), spacing=(300,))
+    error = refused(lambda: found_below(500.0, high))
+    assert "--max-height of at least" not in error.remedy
+
+
+def found_below(max_height, choices):
+    frame = replace(FRAME, principal_distance=0.152, max_height=max_height)
+    return find_plans(0.5, choices, frame).plans

@@ -38,7 +38,11 @@ from einschalt.pipeline.planning.expected_precision import (
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import ALLOWED_CHOICES, PlanFrame
+from einschalt.pipeline.planning.search import (
+    ALLOWED_CHOICES,
+    OF_MEASURING,
+    PlanFrame,
+)
 from einschalt.pipeline.planning.trials import LAYOUT
 from einschalt.pipeline.simulation.layout import name_points, scatter_points, turn
 from einschalt.pipeline.simulation.noise import BlockNoise
@@ -52,7 +56,6 @@ from einschalt.pipeline.simulation.simulate_block import (
 LAYOUT_SEED = 0  # of the points: that with which plans are propagated
 MOST_RELIEF = 0.025  # standard deviation, of the flying height, where none is known
 AS_LONG = 1e-6  # of a length: cameras differ by more
-OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside the layout
 COUNTED = {
     **{name: ALLOWED_CHOICES[name] for name in ("n_settings", "n_coverages")},
     "control_per_model": Range(5, 9, is_whole=True),
