@@ -38,6 +38,10 @@ code that stands in `assessment.json`, what is judged, and what may be done abou
 MARKUP = re.compile(r"([\\*_<>\[\]|$`])")
 
 
+# whoever builds the site may have a locale of another language
+ENGLISH = dict.fromkeys(("LC_ALL", "LC_MESSAGES", "LANG", "LANGUAGE"), "C")
+
+
 def plain(text):
     """Text that Markdown leaves as it is."""
     return MARKUP.sub(r"\\\1", text)
@@ -46,7 +50,11 @@ def plain(text):
 def help_of(*words):
     """Help of a command, as it is printed."""
     shown = CliRunner().invoke(
-        app, [*words, "--help"], prog_name="einschalt", terminal_width=88
+        app,
+        [*words, "--help"],
+        prog_name="einschalt",
+        terminal_width=88,
+        env=ENGLISH,
     )
     if shown.exit_code:
         raise RuntimeError(f"einschalt {' '.join(words)} --help: {shown.output}")
@@ -66,6 +74,8 @@ def _command(name):
     printed = help_of(name)
     usage = printed.partition("\n\n")[0]
     blocks = dict(_sections(printed))
+    if "Options" not in blocks:
+        raise RuntimeError(f"einschalt {name} --help lists no options: {printed}")
     text = [f"```sh\n{usage.removeprefix('Usage: ')}\n```\n"]
     text += [plain(" ".join(one.split())) + "\n" for one in _prose(printed)]
     for title in ("Arguments", "Options"):

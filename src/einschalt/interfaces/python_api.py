@@ -421,7 +421,7 @@ def densify_many(
         Gets a folder for each block, named after the block's, and blocks.csv,
         blocks.parquet and blocks.html.
     scheduler : str, optional
-        Address of a Dask scheduler, tcp://host:port, whose workers compute.
+        Address of a Dask scheduler, ``tcp://host:port``, whose workers compute.
     settings : Settings or dict, optional
         In place of the blocks' own; a dict replaces only the fields that it has.
     workers : int, optional
@@ -513,9 +513,9 @@ def _require_callable(progress, news):
 def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=None):
     """Engine of a cluster where a scheduler is named, else of this computer.
 
-    ``scheduler`` is an address tcp://host:port of Dask; ``workers`` are processes, one
-    per core where left out. A task may use so much ``memory_gb`` [GB]; one that takes
-    longer than ``time_limit_s`` [s] is given up.
+    ``scheduler`` is an address ``tcp://host:port`` of Dask; ``workers`` are processes,
+    one per core where left out. A task may use so much ``memory_gb`` [GB]; one that
+    takes longer than ``time_limit_s`` [s] is given up.
     """
     # imported when there is a batch, as above
     from einschalt.pipeline.batch import dask_engine, local_engine  # noqa: PLC0415

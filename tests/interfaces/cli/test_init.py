@@ -60,6 +60,13 @@ def files_of(folder):
     return ["--from", *(folder / name for name in ("Punkte.csv", *FLIGHTS))]
 
 
+def test_a_system_named_by_its_number_alone_is_told(invoke, export, tmp_path):
+    given = (*files_of(export), "--crs", "31255", *KNOWN)
+    shown = invoke("init", tmp_path / "new", *given)
+    assert shown.exit_code in (0, 2), shown.output
+    assert "[block] crs = 31255: " in shown.stdout
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx", ".gpkg"])
 def test_files_make_a_block_that_check_accepts(
     invoke, export, block_folder, tmp_path, suffix

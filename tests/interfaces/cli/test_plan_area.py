@@ -8,6 +8,7 @@ import pandas as pd
 import pyogrio
 import pytest
 import shapely
+from numpy.testing import assert_allclose
 
 UTM = "EPSG:32633"
 RING = [(0, 0), (8200, 900), (9000, 5200), (4800, 7600), (600, 6000), (0, 0)]
@@ -131,6 +132,16 @@ def test_cameras_are_above_the_ground_below(flown):
     assert np.abs(said - of_line).max() < 25.0  # means of what lies in the models
     # film keeps its altitude along a line
     assert (table.groupby("line_id")["altitude"].std() < 1e-6).all()
+
+
+def test_planned_points_are_in_the_system_of_the_area(flown):
+    _, folder = flown
+    given, planned = (
+        pd.read_csv(folder / f"{name}.csv") for name in ("control", "expected_points")
+    )
+    control = planned[planned["role"] == "control"]
+    for axis in ("easting", "northing"):  # in the system of the area, as all others
+        assert_allclose(sorted(control[axis]), sorted(given[axis]), atol=1e-6)
 
 
 def test_kml_shows_the_same(flown):

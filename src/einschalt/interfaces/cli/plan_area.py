@@ -113,14 +113,19 @@ def _totals(area, flown):
 
 
 def _tables_of(plan):
-    flown = plan.flown
+    flown, tables = plan.flown, tables_of_layout(plan.checked.expected)
+    # layouts have axes of their own, along the strips
+    points = tables["expected_points"]
+    ground = plan.checked_on.to_ground(points[["easting", "northing"]].to_numpy())
+    points = points.assign(easting=ground[:, 0], northing=ground[:, 1])
     return {
         "flight_lines": flown.flight_lines,
         "photographs": flown.photographs,
         "control": flown.control,
         "effort": flown.effort,
         "plans": plan.search.plans,
-        **tables_of_layout(plan.checked.expected),
+        **tables,
+        "expected_points": points,
     }
 
 

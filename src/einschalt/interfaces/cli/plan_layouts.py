@@ -242,6 +242,8 @@ def _usual_scales(asked):
     limit = frame_of(asked).max_height  # as far as it is one
     if limit is not None:
         lowest = min(asked.numbers("high_over_low", PlanChoices.high_over_low))
+        # what is no ratio is refused with the other choices
+        lowest = max(lowest, 1.0)
         high = min(high, limit / asked.flight.principal_distance / lowest)
         low = min(low, high / OF_THE_HIGHEST)
     ratio = (high / low) ** (1.0 / (SEARCHED_SCALES - 1))

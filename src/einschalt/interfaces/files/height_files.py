@@ -68,12 +68,13 @@ def read_heights_over(path, area) -> GroundHeights:
 def _bare_numbers(path, source):
     """Heights of a list without a header; None where the first line is one."""
     text = require_text(read_once(path, source).data, source).decode("utf-8")
-    lines = [line for line in text.splitlines() if line.strip()]
+    rows = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [line for _, line in rows]
     try:
         first = [float(cell) for cell in SEPARATORS.split(lines[0].strip())]
     except ValueError:
         return None
-    for number, line in enumerate(lines, start=1):
+    for number, line in rows:
         if len(SEPARATORS.split(line.strip())) != len(first) or len(first) != 3:
             raise FileError(
                 f"the line has {len(SEPARATORS.split(line.strip()))} numbers",

@@ -170,7 +170,7 @@ def _show(proposal):
             print_out(f"  {retold(note)}")
     for (section, key), guess in proposal.values.items():
         if guess is not None:
-            value = f"{guess.value:g}" if is_number(str(guess.value)) else guess.value
+            value = guess.value if isinstance(guess.value, str) else f"{guess.value:g}"
             print_out(f"[{section}] {key} = {value}: {retold(guess.reason)}")
     for table in proposal.left_out:
         held = f"{table.title} ({table.description})"

@@ -111,7 +111,7 @@ def _values_beyond(choices, control_error):
     values["high_over_low"] = [ratio for ratio in NEARER if ratio < nearest]
     settings = (most * times for times in MORE)
     values["n_settings"] = [n for n in settings if n <= MOST_SETTINGS]
-    coverages = range(max(choices.n_coverages) + 1, MOST_COVERAGES + 1)
+    coverages = range(int(max(choices.n_coverages)) + 1, MOST_COVERAGES + 1)
     values["n_coverages"] = list(coverages)
     values["control_per_model"] = [9] if max(choices.control_per_model) < 9 else []
     values["control_standard_error"] = [part * control_error for part in LESS]
