@@ -5,13 +5,13 @@ the argument, as a wrong cell of a table does, and not with a TypeError from ins
 """
 
 import os
-from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
 
 import numpy as np
 
 from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.value_descriptions import described
 
@@ -32,11 +32,11 @@ def require_choice(name, value, allowed):
     if is_choice(value, allowed):
         return
     known = [word for word in allowed if word is not None]
-    near = get_close_matches(described(value).casefold(), known, n=1)
+    near = nearest(value, known)
     raise SettingsError(
         f"{name} = {described(value)} is unknown",
         expected=" or ".join(known),
-        remedy=f'Write {name}="{near[0]}"' if near else "",
+        remedy=f'Write {name}="{near}"' if near else "",
     )
 
 

@@ -5,7 +5,6 @@ what would make it raise (whole numbers of a thousand digits) is described inste
 """
 
 from datetime import date
-from difflib import get_close_matches
 from numbers import Number
 
 import numpy as np
@@ -14,6 +13,7 @@ import pandas as pd
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.key_columns import are_tidy
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
 TEXT = pd.StringDtype(na_value=np.nan)  # what pandas makes of "str"
@@ -82,8 +82,8 @@ def choices(raw, column):
 
     def say(value):
         word = shortened(str(value).strip())
-        near = get_close_matches(word.casefold(), column.choices, n=1)
-        mend = f"Write {near[0]}" if near else f"Write one of {expected}"
+        near = nearest(word, column.choices)
+        mend = f"Write {near}" if near else f"Write one of {expected}"
         return f"'{word}' is unknown", expected, mend
 
     return text.to_numpy(dtype=object), is_bad, say

@@ -6,7 +6,6 @@ table as far as it could be understood, every problem, and notes on what was ign
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +17,7 @@ from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.key_columns import SeenNames, row_codes
 from einschalt.foundations.names import Coded, encode
+from einschalt.foundations.near_words import nearest
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
 FIRST_ROWS = 5  # of these, named beside the first
@@ -323,9 +323,8 @@ def _missing_column(name, names, schema, source, header):
             file=source,
             row=header,
         )
-    spare = {n.casefold(): n for n in reversed(names) if n not in schema.names}
-    near = get_close_matches(name, spare, n=1)
-    mend = f"Rename '{spare[near[0]]}' to '{name}'" if near else f"Add it as '{name}'"
+    near = nearest(name, [n for n in names if n not in schema.names])
+    mend = f"Rename '{near}' to '{name}'" if near else f"Add it as '{name}'"
     return TableError(
         f"column '{name}' is missing, found {name_some(names, 8) or 'none'}",
         expected=", ".join(c.name for c in schema.columns if c.is_required),

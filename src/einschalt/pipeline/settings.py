@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from math import inf, isfinite
 from numbers import Real
@@ -14,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import describe_fault, is_number
 from einschalt.foundations.value_descriptions import described
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -334,8 +334,8 @@ def setting_problem(fault, section, names, *, file=None):
     where = f"[{section}] {key}"
     problem = partial(SettingsError, file=file, section=section, key=key)
     if fault["type"] == "extra_forbidden":
-        near = get_close_matches(key.casefold(), names.model_fields, n=1)
-        remedy = f"Write {near[0]}" if near else "Take it out"
+        near = nearest(key, names.model_fields)
+        remedy = f"Write {near}" if near else "Take it out"
         known = ", ".join(names.model_fields)
         return problem(f"{where}: unknown key", expected=known, remedy=remedy)
     if fault["type"] == "missing":
@@ -363,8 +363,8 @@ def _remedy(fault, expected):
     value = fault["input"]
     if fault["type"] == "literal_error":
         allowed = fault["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
-        near = get_close_matches(described(value).casefold(), allowed.split(", "), n=1)
-        return f"Write {near[0]!r}" if near else _decimal_point(value)
+        near = nearest(value, allowed.split(", "))
+        return f"Write {near!r}" if near else _decimal_point(value)
     if fault["type"] == "less_than_equal" and "metres" in expected.split():
         is_finite = isinstance(value, int) or isfinite(float(value))
         return "Did you give millimetres?" if is_finite else "Give a number"

@@ -117,6 +117,12 @@ def test_a_wrong_call_is_an_object_too(name, invoke):
     assert problem["remedy"] == f"See einschalt {name} --help"
 
 
+@pytest.mark.parametrize("words", [("explain", "all"), ("completion", "bash")])
+def test_what_is_printed_is_in_the_object(words, invoke):
+    figures = said(invoke(*words, "--json"))["figures"]
+    assert "point_id" in figures.get("columns", "") or "complete" in figures["script"]
+
+
 def test_headline_figures(invoke, block_folder, tmp_path):
     done = invoke("densify", block_folder, "-o", tmp_path / "out", "--json", "-v")
     figures = said(done)["figures"]

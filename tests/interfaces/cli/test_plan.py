@@ -272,7 +272,14 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--target", "0.05", "--costs", "picture=3"), "--costs = 'picture'"),
+        (
+            ("--target", "0.05", "--costs", "picture=3"),
+            "a price of 'picture'",
+        ),
+        (
+            ("--target", "5cm", "--camera", "uav_one_inch", "--high-over-low", "0"),
+            "--high-over-low = 0",
+        ),
         (("--target", "0.05", "--costs", "image"), "costs as image=10,model=20"),
         (("--target", "0.05", "--costs", "image=x"), "--costs 'x'"),
         (("--target", "0.05", "--costs", "image=-1"), "image = -1"),

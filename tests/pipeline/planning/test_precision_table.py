@@ -107,7 +107,7 @@ def test_optimal_scale_is_a_row_of_the_table():
         ({"image_format": (0.1, 0.2, 0.3)}, "image_format has 3 values"),
         ({"principal_distance": 152}, "principal_distance = 152; .*millimetres"),
         ({"principal_distance": [0.1, 0.2]}, r"principal_distance = \[0\.1, 0\.2\]"),
-        ({"kind": "afine"}, "kind = 'afine'; .*Did you mean 'affine'"),
+        ({"kind": "afine"}, "kind = 'afine' is unknown; .*Write kind=\"affine\""),
         ({"edge": "centre"}, "edge = 'centre'"),
     ],
 )

@@ -243,10 +243,40 @@ def test_nonsense_is_refused(change, says):
         find_plans(0.05, replace(CHOICES, **change))
 
 
+def test_one_number_is_a_choice_of_one():
+    alone = PlanChoices(scale_number=8000, spacing=300, m_g_um=5, n_coverages=2)
+    listed = PlanChoices(
+        scale_number=(8000,), spacing=(300,), m_g_um=(5,), n_coverages=(2,)
+    )
+    for target in (0.05, 0.001):  # reached, and beyond all choices
+        found = find_plans(target, alone)
+        assert found.summary() == find_plans(target, listed).summary()
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [(({},), "choices = a dict"), ((CHOICES, {}), "frame = a dict")],
+)
+def test_what_is_no_choices_and_no_frame_is_refused(given, says):
+    with pytest.raises(SettingsError, match=says):
+        find_plans(0.05, *given)
+
+
+def test_prices_of_another_kind_are_refused_with_the_kind_that_is_needed():
+    with pytest.raises(SettingsError, match=r"costs = a dict.*expected PlanCosts\("):
+        PlanFrame(costs={"image": 12})
+
+
+def test_coverages_as_decimal_numbers_are_advised_beyond():
+    found = find_plans(0.001, replace(CHOICES, n_coverages=(2.0,)))
+    assert found.feasible.empty
+    assert found.beyond is not None
+
+
 def test_other_nonsense_is_refused():
     with pytest.raises(SettingsError, match=r"5 cm are 0\.05"):
         find_plans(50, CHOICES)
-    with pytest.raises(SettingsError, match=r"where = 'egde'.*'edge'"):
+    with pytest.raises(SettingsError, match=r"where = 'egde' is unknown.*edge"):
         find_plans(0.05, CHOICES, where="egde")
     with pytest.raises(SettingsError, match="image = -1"):
         PlanCosts(image=-1)

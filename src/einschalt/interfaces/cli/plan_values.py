@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.pipeline.planning.arguments import (
     PlanCosts,
-    checked_choice,
     checked_number,
     planned_model,
 )
@@ -37,6 +37,8 @@ COUNTS_FOR = {
 }
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
+# as answers write a scale
+AS_PRINTED_SCALE = re.compile(r"1:([\d.]+)")
 # what answers call a price, in the singular
 AS_PRINTED = {
     "photograph": "image",
@@ -67,7 +69,7 @@ def numbers(option, texts, usual):
 
     >>> numbers("--scale-number", ["6000:8000:1000", "12000"], ())
     [6000.0, 7000.0, 8000.0, 12000.0]
-    >>> numbers("--scale-number", ["6000;8000"], ())
+    >>> numbers("--scale-number", ["1:6000;8000"], ())
     [6000.0, 8000.0]
     """
     if not texts:
@@ -79,6 +81,8 @@ def numbers(option, texts, usual):
 def _values(option, part):
     if ":" not in part:
         return [_number(option, part)]
+    if scale := AS_PRINTED_SCALE.fullmatch(part):
+        return [_number(option, scale[1])]
     pieces = [_number(option, piece) for piece in part.split(":")]
     if len(pieces) != 3:
         raise SettingsError(f"{option} {part}", expected=NUMBERS)
@@ -158,7 +162,6 @@ def costs_of(text) -> PlanCosts:
         if not sign:
             raise SettingsError(f"--costs {part!r}", expected=COSTS)
         name = _item_of(name)
-        checked_choice("--costs", name, PlanCosts.__dataclass_fields__)
         if name in given:
             raise SettingsError(
                 f"--costs has two prices of {name}",
@@ -175,7 +178,15 @@ def _item_of(name):
     words = {name, name.lower(), name.lower().replace("pointings", "pointing")}
     words |= {word.removesuffix("s") for word in words}
     known = AS_PRINTED | {item: item for item in PlanCosts.__dataclass_fields__}
-    return next((known[word] for word in sorted(words) if word in known), name)
+    for word in sorted(words):
+        if word in known:
+            return known[word]
+    near = nearest(name, known)
+    raise SettingsError(
+        f"--costs has a price of {name!r}",
+        expected=COSTS,
+        remedy=f"Did you mean {near!r}?" if near else "",
+    )
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ here as any other error is.
 """
 
 import re
-from difflib import get_close_matches
 
 import typer
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import mark
+from einschalt.foundations.near_words import nearest
 from einschalt.interfaces.cli.typed_options import typed_options
 
 # of the copy of click that typer brings
@@ -73,12 +73,12 @@ def _of_unknown_option(error, context):
     name, command = error.option_name, context.command_path
     words = [word for one in context.command.params for word in one.opts]
     known = [word for word in words if word.startswith("--")]
-    near = get_close_matches(name, known, n=1, cutoff=ALIKE)
+    near = nearest(name, known, alike=ALIKE)
     remedy = f"See {command} --help"
     return SettingsError(
         f"{command} has no option {name}",
         expected="one that its help lists",
-        remedy=f"Did you mean {near[0]}?" if near else remedy,
+        remedy=f"Did you mean {near}?" if near else remedy,
     )
 
 
@@ -124,11 +124,11 @@ def _of_value(error, _context):
 
 
 def _of_choice(name, value, known):
-    near = get_close_matches(value.strip("'").casefold(), known, n=1, cutoff=ALIKE)
+    near = nearest(value.strip("'"), known, alike=ALIKE)
     return SettingsError(
         f"{name} = {value}",
         expected=_one_of(known),
-        remedy=f"Did you mean {near[0]!r}?" if near else "",
+        remedy=f"Did you mean {near!r}?" if near else "",
     )
 
 
@@ -147,11 +147,11 @@ def _of_message(error, context):
         )
     if unknown := NO_COMMAND.fullmatch(error.message):
         known = list(context.command.commands)
-        near = get_close_matches(unknown["name"], known, n=1, cutoff=ALIKE)
+        near = nearest(unknown["name"], known, alike=ALIKE)
         return SettingsError(
             f"{command} has no command {unknown['name']!r}",
             expected=_commands_of(context),
-            remedy=f"Did you mean {near[0]!r}?" if near else "",
+            remedy=f"Did you mean {near!r}?" if near else "",
         )
     return SettingsError(error.message)
 

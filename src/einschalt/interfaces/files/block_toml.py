@@ -8,7 +8,6 @@ be understood, the problems, and which keys they concern.
 import re
 import tomllib
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
 from typing import Any, Literal
@@ -19,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.toml_faults import toml_fault
@@ -308,7 +308,7 @@ def _section(toml, name, fields):
     except ValidationError as error:
         faults = [(str(fault["loc"][0]), fault) for fault in error.errors()]
     unknown = [key for key, fault in faults if fault["type"] == "extra_forbidden"]
-    meant = {near for key in unknown for near in _near(key, kind.model_fields)}
+    meant = {nearest(key, kind.model_fields) for key in unknown} - {None}
     toml.said.update((name, key) for key in meant)
     for key, fault in faults:
         if fault["type"] != "missing" or key not in meant:
@@ -317,10 +317,6 @@ def _section(toml, name, fields):
     sound = {key: value for key, value in fields.items() if key not in wrong}
     required = [key for key, known in kind.model_fields.items() if known.is_required()]
     return kind.model_construct(**{**dict.fromkeys(required), **sound})
-
-
-def _near(name, known):
-    return get_close_matches(name.casefold(), known, n=1)
 
 
 def _settings(toml, fields):
@@ -335,15 +331,15 @@ def _settings(toml, fields):
 
 def _unknown_section(toml, name):
     known = [*SECTIONS, "settings"]
-    near = _near(name, known)
+    near = nearest(name, known)
     problem = SettingsError(
         f"[{shortened(name)}] is an unknown section",
         expected=", ".join(f"[{section}]" for section in known),
-        remedy=f"Write [{near[0]}]" if near else "Take it out",
+        remedy=f"Write [{near}]" if near else "Take it out",
         file=toml.source,
         section=name,
     )
-    toml.say(problem, near[0] if near else name)
+    toml.say(problem, near or name)
 
 
 def _stray(name, value, source):

@@ -6,11 +6,11 @@ import hashlib
 import os
 import stat
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ChangedFileError, FileError, name_some
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.system_errors import reason_of
 from einschalt.pipeline.block.memory import allowed_bytes
 
@@ -144,10 +144,9 @@ def _missing(path, source, taken):
             file=source,
         )
     names = sorted(name for name in _names_in(folder) if not name.startswith("."))
-    free = {name.casefold(): name for name in names if name not in taken}
-    near = get_close_matches(path.name.casefold(), free, n=1)
+    near = nearest(path.name, [name for name in names if name not in taken])
     if near:
-        remedy = f"Did you mean '{free[near[0]]}'?"
+        remedy = f"Did you mean '{near}'?"
     else:
         remedy = f"Its folder holds {name_some(names) or 'nothing'}"
     return FileError("the file does not exist", remedy=remedy, file=source)

@@ -10,7 +10,6 @@ import io
 import re
 import zipfile
 import zlib
-from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files import workbook_sizes
 from einschalt.interfaces.files.gdal_files import opened
@@ -148,11 +148,11 @@ def _sheet(path, schema, said, source):
             note = f"{source}: sheet '{said.sheet}' is hidden"
             is_hidden = said.sheet in hidden
             return sheets[said.sheet], said.sheet, note if is_hidden else None
-        near = get_close_matches(said.sheet, sheets, n=1)
+        near = nearest(said.sheet, sheets)
         raise FileError(
             f"holds no sheet '{shortened(said.sheet)}' with anything in it",
             expected=name_some(sheets, 8),
-            remedy=f"Did you mean '{near[0]}'?" if near else "Correct sheet",
+            remedy=f"Did you mean '{near}'?" if near else "Correct sheet",
             file=source,
         )
     sheets = {name: cells for name, cells in sheets.items() if name not in hidden}

@@ -5,13 +5,13 @@ already, so that nobody reads the same complaint twice.
 """
 
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UNIT
@@ -211,9 +211,9 @@ class _Facts:
             if (name, key) in self.said or is_choice(value, allowed):
                 continue
             known = [word for word in allowed if word]
-            near = get_close_matches(described(value).casefold(), known, n=1)
+            near = nearest(value, known)
             found = f"{key} = {described(value)} is unknown"
-            remedy = f"Write {near[0]!r}" if near else ""
+            remedy = f"Write {near!r}" if near else ""
             self._say(found, name, key, expected=" or ".join(known), remedy=remedy)
 
     def parts(self, name, flight):

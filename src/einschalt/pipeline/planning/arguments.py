@@ -1,13 +1,12 @@
 """What a planner may ask for: ranges, what numbers say of their units, and prices."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from difflib import get_close_matches
+from dataclasses import dataclass, fields
 from numbers import Real
 
 import numpy as np
 
-from einschalt.foundations.arguments import described
+from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.value_ranges import Range, problems_in
@@ -112,34 +111,19 @@ def _shown(value):
     return f"{float(value):g}" if _is_number(value) else described(value)
 
 
+def take_lists(choices):
+    """Make tuples of the fields of frozen choices that are one number."""
+    for one in fields(choices):
+        value = getattr(choices, one.name)
+        if _is_number(value):
+            object.__setattr__(choices, one.name, (value,))
+
+
 def checked_number(name, value) -> float:
     """Check one argument that is one number."""
     if not _is_number(value):
         raise SettingsError(f"{name} = {value!r}", expected=f"{RANGES[name]}")
     return float(checked_axis(name, value)[0])
-
-
-def checked_choice(name, value, known) -> str:
-    """Check one argument that is one of several words.
-
-    SettingsError where it is none of them, with the nearest.
-
-    Examples
-    --------
-    >>> checked_choice("edge", "Corner", EDGES)
-    Traceback (most recent call last):
-    einschalt.foundations.errors.SettingsError: edge = 'Corner'; expected kovarik, \
-mid_edge, corner or lattice. Did you mean 'corner'?
-    """
-    known = list(known)
-    if value in known:
-        return value
-    near = get_close_matches(str(value).casefold(), known, n=1)
-    raise SettingsError(
-        f"{name} = {value!r}",
-        expected=f"{', '.join(known[:-1])} or {known[-1]}",
-        remedy=f"Did you mean {near[0]!r}?" if near else "",
-    )
 
 
 def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
@@ -154,9 +138,11 @@ def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
             f"image_format has {len(sides)} values",
             expected="the side of the image, or its sides along and across the strip",
         )
+    require_choice("kind", kind, PLANNED_KINDS)
+    require_choice("edge", edge, EDGES)
     return PlannedModel(
-        kind=checked_choice("kind", kind, PLANNED_KINDS),
-        edge=checked_choice("edge", edge, EDGES),
+        kind=kind,
+        edge=edge,
         image_format=(float(sides[0]), float(sides[-1])),
         forward_overlap=checked_number("forward_overlap", forward_overlap),
         side_overlap=checked_number("side_overlap", side_overlap),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.language import in_english
 from einschalt.foundations.units import METRES_PER_UM
@@ -25,10 +26,10 @@ from einschalt.pipeline.planning.arguments import (
     RANGES,
     PlanCosts,
     checked_axis,
-    checked_choice,
     checked_number,
     flown_model,
     require_reasonable_size,
+    take_lists,
 )
 from einschalt.pipeline.planning.cameras import flown_columns
 from einschalt.pipeline.planning.flight_design import usable_model
@@ -90,6 +91,10 @@ class PlanChoices:
     n_coverages: tuple[int, ...] = (2, 3)  # of both flights; one shows no gross error
     # 5 or 9, in each model of the high flight
     control_per_model: tuple[int, ...] = (5, 9)
+
+    def __post_init__(self):
+        """Take one number as a choice of one."""
+        take_lists(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,6 +176,7 @@ class PlanFrame:
 
     def __post_init__(self):
         """Check what no planned model knows."""
+        require_kind("costs", self.costs, PlanCosts, expected="PlanCosts(image=…)")
         given = {
             name: allowed
             for name, allowed in ALLOWED_WHERE_GIVEN.items()
@@ -204,9 +210,11 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     True
     """
     target = checked_number("target", target)
-    checked_choice("where", where, PLACES)
-    checked_choice("by", by, FORMULAS)
+    require_choice("where", where, PLACES)
+    require_choice("by", by, FORMULAS)
+    require_kind("choices", choices, PlanChoices, expected="PlanChoices")
     frame = PlanFrame() if frame is None else frame
+    require_kind("frame", frame, PlanFrame, expected="a PlanFrame")
     # edges are looked at as the geometry has them; the paper's M takes its own rule
     model = flown_model(frame)
     does = partial(_is_planned, choices, frame, model)

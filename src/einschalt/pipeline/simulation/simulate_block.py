@@ -5,13 +5,13 @@ points, layout and control where they are, and larger noise is the same noise en
 """
 
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice, require_kind
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.foundations.value_ranges import Range
@@ -383,11 +383,11 @@ def _gross_errors(measured):
 def _preset(name):
     if is_choice(name, PRESETS):
         return PRESETS[name]
-    near = get_close_matches(described(name).lower(), PRESETS, n=1, cutoff=0.3)
+    near = nearest(name, PRESETS, alike=0.3)
     raise SettingsError(
         f"preset {described(name)} is unknown",
         expected=" or ".join(PRESETS),
-        remedy=f"Write {near[0]!r}" if near else "",
+        remedy=f"Write {near!r}" if near else "",
     )
 
 

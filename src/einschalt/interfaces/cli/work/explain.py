@@ -1,10 +1,9 @@
 """What ``einschalt explain`` does."""
 
-from difflib import get_close_matches
-
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import translated
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.plan_column_meanings import PLAN_COLUMNS
 from einschalt.foundations.plan_figure_meanings import (
     meanings_of_name,
@@ -52,13 +51,16 @@ def explain(term):
 def _print_all():
     """List findings, terms and figures, and explain all columns."""
     lists = {
-        translated("Findings"): WORDS,
-        translated("Terms"): (one.title for one in entries()),
-        translated("Figures of plans"): sorted(names_of_figures()),
+        "findings": WORDS,
+        "terms": [one.title for one in entries()],
+        "figures": sorted(names_of_figures()),
     }
-    for title, names in lists.items():
+    columns = explanation_of(ALL)
+    report(**{name: list(words) for name, words in lists.items()}, columns=columns)
+    titles = map(translated, ("Findings", "Terms", "Figures of plans"))
+    for title, names in zip(titles, lists.values(), strict=True):
         print_out("\n".join([title, *(f"  {one}" for one in names), ""]))
-    print_out(explanation_of(ALL))
+    print_out(columns)
 
 
 def _terms(term):
@@ -97,5 +99,4 @@ def _nearest(term):
         *(one.title for one in entries()),
     )
     known = {folded(name): name for name in names}
-    near = get_close_matches(folded(term), known, n=1, cutoff=ALIKE)
-    return known[near[0]] if near else None
+    return known.get(nearest(folded(term), known, alike=ALIKE))

@@ -1,6 +1,5 @@
 """What ``einschalt orient`` does."""
 
-from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import typer
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, translated
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import MEND, describe_fault, is_number
 from einschalt.foundations.tables import (
     IMAGE_PAIRS,
@@ -189,7 +189,7 @@ def _read(file, schema):
 def _is_one_model(frame):
     """Whether a table says nothing of models, and could not hold several."""
     # a name that was only mistaken is told by the check of the columns
-    if get_close_matches("model_id", [name.casefold() for name in frame], n=1):
+    if nearest("model_id", list(frame)):
         return False
     return "point_id" not in frame or not frame["point_id"].duplicated().any()
 
