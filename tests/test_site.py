@@ -1,6 +1,7 @@
 """The site: every page is reached, and what stands on its pages runs."""
 
 import contextlib
+import importlib.util
 import io
 import os
 import re
@@ -66,6 +67,17 @@ def test_the_reference_lists_every_public_name_once():
     lists = re.findall(r":toctree: generated\n\n((?: +\w+\n)+)", PAGES["reference/api"])
     listed = [name for block in lists for name in block.split()]
     assert sorted(listed) == sorted(set(es.__all__) - {"__version__"})
+
+
+def test_the_page_of_commands_is_the_same_whoever_builds_it(monkeypatch):
+    where = DOCS / "_ext" / "generated_reference.py"
+    found = importlib.util.spec_from_file_location("generated_reference", where)
+    page = importlib.util.module_from_spec(found)
+    found.loader.exec_module(page)
+    english = page.command_page()
+    assert english.count("**Options**") == len(COMMANDS)
+    monkeypatch.setenv("LC_ALL", "de_DE.UTF-8")
+    assert page.command_page() == english
 
 
 def test_files_for_readers_are_there():

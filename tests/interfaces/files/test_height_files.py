@@ -93,6 +93,8 @@ def test_files_that_are_damaged_are_told(tmp_path):
         ("two.xyz", b"1 2\n3 4\n", "row 1: the line has 2 numbers"),
         ("late.xyz", b"1 2 3\n1 2\n", "row 2: the line has 2 numbers"),
         ("word.xyz", b"1 2 3\n1 2 x\n", "word.xyz, row 2: 'x' is no number"),
+        ("gap.xyz", b"1 2 3\n\n \n1 2 x\n", "gap.xyz, row 4: 'x' is no number"),
+        ("short.xyz", b"\n1 2 3\n\n1 2\n", "row 4: the line has 2 numbers"),
         ("empty.xyz", b"", "is empty"),
         ("a.jpg", b"", "suffix '.jpg'"),
     ]:

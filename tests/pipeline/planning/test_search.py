@@ -263,8 +263,9 @@ def test_what_is_no_choices_and_no_frame_is_refused(given, says):
 
 
 def test_prices_of_another_kind_are_refused_with_the_kind_that_is_needed():
-    with pytest.raises(SettingsError, match=r"costs = a dict.*expected PlanCosts\("):
+    with pytest.raises(SettingsError, match=r"costs = a dict.*Write costs="):
         PlanFrame(costs={"image": 12})
+    assert PlanFrame(costs=replace(PlanFrame().costs, image=12)).costs.image == 12
 
 
 def test_coverages_as_decimal_numbers_are_advised_beyond():

@@ -113,19 +113,15 @@ def _totals(area, flown):
 
 
 def _tables_of(plan):
-    flown, tables = plan.flown, tables_of_layout(plan.checked.expected)
-    # layouts have axes of their own, along the strips
-    points = tables["expected_points"]
-    ground = plan.checked_on.to_ground(points[["easting", "northing"]].to_numpy())
-    points = points.assign(easting=ground[:, 0], northing=ground[:, 1])
+    flown = plan.flown
     return {
         "flight_lines": flown.flight_lines,
         "photographs": flown.photographs,
         "control": flown.control,
         "effort": flown.effort,
         "plans": plan.search.plans,
-        **tables,
-        "expected_points": points,
+        **tables_of_layout(plan.checked.expected),
+        "expected_points": plan.expected_points,
     }
 
 

@@ -38,7 +38,7 @@ COUNTS_FOR = {
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
 # as answers write a scale
-AS_PRINTED_SCALE = re.compile(r"1:([\d.]+)")
+AS_PRINTED_SCALE = re.compile(r"1:(\d+)")
 # what answers call a price, in the singular
 AS_PRINTED = {
     "photograph": "image",
@@ -81,7 +81,7 @@ def numbers(option, texts, usual):
 def _values(option, part):
     if ":" not in part:
         return [_number(option, part)]
-    if scale := AS_PRINTED_SCALE.fullmatch(part):
+    if "scale" in option and (scale := AS_PRINTED_SCALE.fullmatch(part)):
         return [_number(option, scale[1])]
     pieces = [_number(option, piece) for piece in part.split(":")]
     if len(pieces) != 3:

@@ -69,25 +69,24 @@ def _bare_numbers(path, source):
     """Heights of a list without a header; None where the first line is one."""
     text = require_text(read_once(path, source).data, source).decode("utf-8")
     rows = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
-    lines = [line for _, line in rows]
+    rows = [(number, SEPARATORS.split(line.strip())) for number, line in rows]
     try:
-        first = [float(cell) for cell in SEPARATORS.split(lines[0].strip())]
+        first = [float(cell) for cell in rows[0][1]]
     except ValueError:
         return None
-    for number, line in rows:
-        if len(SEPARATORS.split(line.strip())) != len(first) or len(first) != 3:
+    for number, cells in rows:
+        if len(cells) != len(first) or len(first) != 3:
             raise FileError(
-                f"the line has {len(SEPARATORS.split(line.strip()))} numbers",
+                f"the line has {len(cells)} numbers",
                 expected="easting, northing and height, or a header",
                 remedy="Export the heights as XYZ",
                 file=source,
                 row=number,
             )
-    cells = [SEPARATORS.split(line.strip()) for line in lines]
     try:
-        values = np.array(cells, float)
+        values = np.array([cells for _, cells in rows], float)
     except ValueError as error:
-        row, cell = _first_that_is_none(cells)
+        row, cell = _first_that_is_none(rows)
         raise FileError(
             f"{cell!r} is no number",
             expected="easting, northing and height in every line",
@@ -98,15 +97,15 @@ def _bare_numbers(path, source):
     return GroundHeights(values[:, :2], values[:, 2], source)
 
 
-def _first_that_is_none(lines):
+def _first_that_is_none(rows):
     """Line, from 1, and text of the first cell that is no number."""
-    for row, cells in enumerate(lines, start=1):
+    for row, cells in rows:
         for cell in cells:
             try:
                 float(cell)
             except ValueError:
                 return row, cell
-    raise ValueError(lines)
+    raise ValueError(rows)
 
 
 def _of_tiff(file, crs):

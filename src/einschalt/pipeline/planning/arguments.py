@@ -6,7 +6,7 @@ from numbers import Real
 
 import numpy as np
 
-from einschalt.foundations.arguments import described, require_choice
+from einschalt.foundations.arguments import described, require_choice, require_kind
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.value_ranges import Range, problems_in
@@ -111,12 +111,21 @@ def _shown(value):
     return f"{float(value):g}" if _is_number(value) else described(value)
 
 
-def take_lists(choices):
+def take_single_numbers(choices):
     """Make tuples of the fields of frozen choices that are one number."""
     for one in fields(choices):
         value = getattr(choices, one.name)
         if _is_number(value):
             object.__setattr__(choices, one.name, (value,))
+
+
+def require_costs(costs):
+    """See that prices are :class:`PlanCosts`: they have no public name."""
+    require_kind(
+        *("costs", costs, PlanCosts),
+        expected="PlanCosts",
+        remedy="Write costs=dataclasses.replace(PlanFrame().costs, image=12)",
+    )
 
 
 def checked_number(name, value) -> float:

@@ -28,8 +28,9 @@ from einschalt.pipeline.planning.arguments import (
     checked_axis,
     checked_number,
     flown_model,
+    require_costs,
     require_reasonable_size,
-    take_lists,
+    take_single_numbers,
 )
 from einschalt.pipeline.planning.cameras import flown_columns
 from einschalt.pipeline.planning.flight_design import usable_model
@@ -94,7 +95,7 @@ class PlanChoices:
 
     def __post_init__(self):
         """Take one number as a choice of one."""
-        take_lists(self)
+        take_single_numbers(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,7 +177,7 @@ class PlanFrame:
 
     def __post_init__(self):
         """Check what no planned model knows."""
-        require_kind("costs", self.costs, PlanCosts, expected="PlanCosts(image=…)")
+        require_costs(self.costs)
         given = {
             name: allowed
             for name, allowed in ALLOWED_WHERE_GIVEN.items()
@@ -212,7 +213,7 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     target = checked_number("target", target)
     require_choice("where", where, PLACES)
     require_choice("by", by, FORMULAS)
-    require_kind("choices", choices, PlanChoices, expected="PlanChoices")
+    require_kind("choices", choices, PlanChoices, expected="a PlanChoices")
     frame = PlanFrame() if frame is None else frame
     require_kind("frame", frame, PlanFrame, expected="a PlanFrame")
     # edges are looked at as the geometry has them; the paper's M takes its own rule

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.kept_texts import retold
@@ -105,6 +106,16 @@ class AreaPlan(Result):
     def is_recommended(self) -> bool:
         """Whether it keeps the target."""
         return self.checked.is_kept
+
+    @property
+    def expected_points(self) -> pd.DataFrame:
+        """Points with their expected precision [m], in the system of the area.
+
+        As ``checked.expected.points``, whose axes are those of the strips.
+        """
+        points = self.checked.expected.points
+        ground = self.checked_on.to_ground(points[["easting", "northing"]])
+        return points.assign(easting=ground[:, 0], northing=ground[:, 1])
 
     def summary(self) -> str:
         """Return the plan, the next best, what it takes, and its precision."""
