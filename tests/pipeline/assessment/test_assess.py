@@ -7,6 +7,8 @@ import pytest
 
 from einschalt.pipeline.assessment.assess import Assessment
 from einschalt.pipeline.assessment.findings.catalogue import ORDER
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 RESULTS = ["good", "faulty", "given_approximations", "unchecked", "simultaneous"]
 
@@ -79,3 +81,13 @@ def test_each_way_is_judged_in_its_own_way(good_result, simultaneous_result):
 
 def test_without_a_tolerance_none_is_judged(assessment):
     assert assessment.tolerance is None
+
+
+def test_what_enlarges_a_claim_is_told():
+    # of forty clean blocks this one has control apart by chance (P 0.002), in a step
+    # that larger errors explain as well
+    judged = densify(simulate_block("demo", seed=0)).assessment
+    assert judged.credible.is_lower_bound
+    assert judged.credible.factor > 2.0
+    told = {found.code: found for found in judged.findings}
+    assert told["contradicting_control"].probability == pytest.approx(0.0018, rel=0.1)

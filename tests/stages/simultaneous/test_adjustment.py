@@ -61,6 +61,23 @@ def test_the_size_that_is_said_is_the_size_that_is_taken_out(deformed_block, mod
     assert es.adjust_block(deformed_block).s_0 > 1.4
 
 
+def test_a_gross_error_hides_no_deformation(deformed_block, modelled):
+    low = deformed_block.low_flight
+    points = low.model_points.copy()
+    points.loc[points.index[40], "x"] += 20.0  # 160 m
+    block = replace(deformed_block, low_flight=replace(low, model_points=points))
+    hidden = es.adjust_block(block, deformation="tested").deformations
+    assert not hidden["is_detected"].any()
+    found = es.adjust_block(block, deformation="modelled", outliers="snoop")
+    assert list(found.deformations["is_modelled"]) == [False, True]
+    assert found.residuals["is_suspect"].sum() == 1
+    size, expected = (
+        each.deformations.set_index("flight").loc["low_flight", "size_edge"]
+        for each in (found, modelled)
+    )
+    assert size == pytest.approx(expected, rel=0.1)
+
+
 def test_a_test_changes_nothing(deformed_block):
     tested = es.adjust_block(deformed_block, deformation="tested")
     plain = es.adjust_block(deformed_block)

@@ -91,7 +91,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         enlarged = (paper if is_budget else total) * claim.enlargement
         if is_budget:  # its tests have not looked at known points
             enlarged = max(enlarged, paper * max([1.0, *_ratios_beyond(examined)]))
-        value = np.nanmax([enlarged, paper, figures.mean_internal])
+        value = np.nanmax([enlarged, paper, examined.internal_of_good])
         reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
         if stated > value:
@@ -250,11 +250,11 @@ def has_credible_propagation(examined) -> bool:
 def largest_measured(examined) -> float:
     """The larger figure of the two that see the measurements, TOTAL [m]; 0 without.
 
-    The paper's is one of plain means: those of least variance may well be better.
+    The paper's is one of plain means: those of least variance may well be better. The
+    internal one is that without points whose coverages differ: they are named.
     """
-    figures = examined.figures
-    paper = np.nan if examined.means.is_rigorous else figures.mean_paper
-    return float(np.nanmax([paper, figures.mean_internal, 0.0]))
+    paper = np.nan if examined.means.is_rigorous else examined.figures.mean_paper
+    return float(np.nanmax([paper, examined.internal_of_good, 0.0]))
 
 
 @dataclass(frozen=True)

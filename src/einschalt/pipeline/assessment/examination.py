@@ -61,6 +61,9 @@ from einschalt.pipeline.assessment.evidence.variance_components import (
     can_tell_components,
     estimate_components,
 )
+from einschalt.pipeline.assessment.evidence.without_gross_errors import (
+    internal_of_good_points,
+)
 from einschalt.pipeline.assessment.facts.model_deformation import (
     FOR_TWO_STEPS,
     deformation_facts,
@@ -192,6 +195,7 @@ class TwoStepExamination(Examination):
     deformation = None
     apart_from_two_steps = NOTHING
     moved_by_left_out = cached_property(moved_by_left_out_control)
+    internal_of_good = cached_property(internal_of_good_points)
 
     @property
     def two_step(self):

@@ -38,7 +38,7 @@ from einschalt.theory.block_adjustment.block_solution import (
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
-from einschalt.theory.block_adjustment.gross_errors import examine_control
+from einschalt.theory.block_adjustment.gross_errors import NORMS, examine_control
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
@@ -254,8 +254,7 @@ def _adjust_tables(tables, options):
     if tables.is_centre.any():
         part = tables.observations.of_models(verdicts.is_fine)
         solution = adjust_spatially(part.observations, solution.placement)
-    tests, solution = _examined(solution, options)
-    weighed, cleaned = clean_part(tables, part, solution, options)
+    tests, solution, weighed, cleaned = _cleaned(tables, part, solution, options)
     # its sizes stand beside those of the random errors, which must be known before
     own = find_own_deformation(tables, weighed, solution, options.deformation)
     if options.deformation == "modelled" and is_detected(own):
@@ -267,6 +266,26 @@ def _adjust_tables(tables, options):
         cleaned = replace(cleaned, solution=control.without)
     deformations = deformation_table(tables, cleaned.solution, (tests, own), options)
     return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
+
+
+def _cleaned(tables, part, solution, options):
+    """Deal with gross errors and with deformations that the models of a flight share.
+
+    A gross error passes for a deformation, or hides one: where there are some, the
+    tests are made once more without them.
+    """
+    tests, found = _examined(solution, options)
+    weighed, cleaned = clean_part(tables, part, found, options)
+    if not tests or not (cleaned.is_out.any() or options.outliers in NORMS):
+        return tests, found, weighed, cleaned
+    start = cleaned.solution
+    if start.terms != solution.terms:
+        start = start.with_terms(solution.terms)
+    tests, again = _examined(start, options)
+    if again.terms != found.terms:
+        found = solution.with_terms(again.terms)
+        weighed, cleaned = clean_part(tables, part, found, options)
+    return tests, found, weighed, cleaned
 
 
 def with_known_groups(tables, significance):
@@ -416,7 +435,7 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
     known = covariances(tables, part, weighed.factors, solution)
-    points = point_table(tables, part, solution, known.points)
+    points = point_table(tables, part, cleaned, known.points)
     residuals = residual_table(
         tables, part, cleaned, control, options.significance, known.residuals
     )
@@ -424,7 +443,7 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
     of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(
         points=points[~is_centre].reset_index(drop=True),
-        models=model_table(tables, part, solution, reasons),
+        models=model_table(tables, part, cleaned, reasons),
         residuals=residuals[~of_centre].reset_index(drop=True),
         control=control_table(
             tables, part, solution, control, is_set_aside=options.outliers != "keep"

@@ -32,12 +32,16 @@ COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
-def point_table(tables, part, solution, covariance) -> pd.DataFrame:
-    """Coordinates of all adjusted points with their covariances, (n_points, d, d)."""
+def point_table(tables, part, cleaned, covariance) -> pd.DataFrame:
+    """Coordinates of all adjusted points with their covariances, (n_points, d, d).
+
+    What was taken out as a gross error counts for no model, and for no spread.
+    """
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
+    solution, rows = cleaned.solution, np.flatnonzero(~cleaned.is_out)
     observations = solution.observations
     is_control = observations.is_control
-    n_models = np.bincount(observations.point, minlength=len(east))
+    n_models = np.bincount(observations.point[rows], minlength=len(east))
     difference = solution.control_residuals
     points = pd.DataFrame(
         {
@@ -49,8 +53,8 @@ def point_table(tables, part, solution, covariance) -> pd.DataFrame:
             "covariance_en": covariance[:, 0, 1],
             "standard_error_total": np.sqrt(east + north),
             "n_models": n_models,
-            "n_coverages": _n_coverages(tables, part, solution),
-            "spread_total": _spread(solution, n_models),
+            "n_coverages": _n_coverages(tables, part, solution, rows),
+            "spread_total": _spread(solution, n_models, rows),
             "role": np.where(is_control, "control", "new"),
             "difference_easting": difference[:, 0],
             "difference_northing": difference[:, 1],
@@ -61,20 +65,20 @@ def point_table(tables, part, solution, covariance) -> pd.DataFrame:
     return with_heights_of_points(points, solution, covariance)
 
 
-def _n_coverages(tables, part, solution):
+def _n_coverages(tables, part, solution, rows):
     observations = solution.observations
-    coverage = tables.coverage[part.models][observations.model]
+    coverage = tables.coverage[part.models][observations.model[rows]]
     shape = (observations.n_points, int(tables.coverage.max(initial=-1)) + 1)
     # many times as fast as unique pairs in a block of millions of observations
     held = sparse.csr_array(
-        (np.ones(len(coverage), dtype=bool), (observations.point, coverage)), shape
+        (np.ones(len(rows), dtype=bool), (observations.point[rows], coverage)), shape
     )
     return np.diff(held.indptr)
 
 
-def _spread(solution, n_models):
+def _spread(solution, n_models, rows):
     """TOTAL standard deviation of one model's value among all of a point."""
-    point, residuals = solution.observations.point, solution.residuals[:, :2]
+    point, residuals = solution.observations.point[rows], solution.residuals[rows, :2]
     count = np.maximum(n_models, 1)
     squares = np.bincount(point, (residuals**2).sum(axis=1), len(count))
     means = [np.bincount(point, column, len(count)) / count for column in residuals.T]
@@ -160,16 +164,18 @@ def control_table(tables, part, solution, tests, *, is_set_aside) -> pd.DataFram
     return control
 
 
-def model_table(tables, part, solution, reasons) -> pd.DataFrame:
+def model_table(tables, part, cleaned, reasons) -> pd.DataFrame:
     """All models, those that could not be determined too, with their parameters.
 
     ``reasons`` (n_all_models,) say why a model could not be determined; empty where it
-    was.
+    was. What was taken out as a gross error is no redundancy, and not in m_0.
     """
+    solution = cleaned.solution
     everything, kept = tables.observations, part.models
     n_all = everything.n_models
     is_point = ~tables.is_centre[everything.point]
     is_own = ~tables.is_centre[part.points][solution.observations.point]
+    is_own &= ~cleaned.is_out
     free = (1.0 - solution.leverage).sum(axis=1)
     redundancy = np.bincount(solution.observations.model, free * is_own)
     # rounding is no redundancy

@@ -201,20 +201,27 @@ def downweight(block, given, norm_name) -> CleanedBlock:
         error = solution.observations.standard_error
         solution = solution.readjusted(replace(given, standard_error=error))
     norm = NORMS[norm_name][solution.residuals.shape[1]]
-    return CleanedBlock(_consistent(solution, norm), np.zeros_like(block.is_out))
+    solution = _consistent(solution, norm, block.is_out)
+    return CleanedBlock(solution, np.zeros_like(block.is_out))
 
 
-def _consistent(solution, norm):
+def _consistent(solution, norm, is_gross):
     """With the sum of squares that clean observations would have at full weight.
 
     The norm takes weight from these too: s_0 would be 0.9 or 0.85 where errors are as
-    large as given, and the tests would refuse what chance does.
+    large as given, and the tests would refuse what chance does. Gross errors are no
+    part of it: Huber's norm leaves them a share that grows with them.
     """
     error = solution.observations.standard_error
     error = error.reshape(len(solution.residuals), -1)
-    weighted = ((solution.residuals / error) ** 2).sum()
-    lost = weighted * (1.0 / norm.consistency - 1.0)
-    return replace(solution, sum_of_squares=solution.sum_of_squares + lost)
+    weighted = ((solution.residuals / error) ** 2).sum(axis=1)
+    lost = weighted[~is_gross].sum() * (1.0 / norm.consistency - 1.0)
+    n_gross = solution.residuals.shape[1] * np.count_nonzero(is_gross)
+    return replace(
+        solution,
+        sum_of_squares=solution.sum_of_squares - weighted[is_gross].sum() + lost,
+        redundancy=solution.redundancy - n_gross,
+    )
 
 
 def _weighted(solution, norms, given_error):

@@ -6,7 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.assessment.evidence.control.patterns import NO_PATTERNS
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    NO_PATTERNS,
+    ControlPatterns,
+)
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     FilmAffinity,
     NetworkStrain,
@@ -84,6 +87,16 @@ def test_strain_of_single_points_is_contradicting_control():
         adjusted = examined_with(strain=rough, is_suspect=is_suspect)
         found = judges.contradicting_control_of_adjustment(adjusted)
         assert (found is None) == is_suspect
+
+
+@pytest.mark.parametrize("axis", ["plan", "height"])
+def test_a_claim_enlarged_for_control_without_a_pattern_is_told(axis):
+    examined = examined_with(strain=strain(p_value=0.02))
+    shown = {f"moved_{axis}": 0.14, f"p_{axis}": 0.002, "n_control": 13}
+    examined.control_patterns = ControlPatterns(None, None, **shown)
+    found = judges.contradicting_control(examined)
+    assert found.probability == 0.002
+    assert found.facts == {"n_control": 13}
 
 
 def test_chance_is_no_strain():

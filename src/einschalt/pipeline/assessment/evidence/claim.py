@@ -18,6 +18,10 @@ from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
+from einschalt.pipeline.assessment.evidence.without_gross_errors import (
+    MOST_SUSPECTS,
+    good_rows,
+)
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
 from einschalt.stages.error_propagation.error_model import (
     LEAST_APART,
@@ -45,8 +49,6 @@ MOST_DRAWS, FEWEST_DRAWS = 100, 20
 NUMBERS_AT_ONCE = 10_000_000
 # fewer points tell nothing of their neighbours
 FEWEST_POINTS = 10
-# beyond this share suspects are no gross errors: the model of errors is wrong
-MOST_SUSPECTS = 0.05
 
 
 @dataclass(frozen=True)
@@ -241,7 +243,7 @@ class _ClaimTests:
     def _without_suspects(self, point_ids):
         points = self.examined.points
         suspects = points.loc[points["is_suspect"], "point_id"]
-        return _good(point_ids.isin(suspects).to_numpy())
+        return good_rows(point_ids.isin(suspects).to_numpy())
 
     def _residuals(self):
         """Size of the residuals, and likeness of neighbours; with their field."""
@@ -276,7 +278,7 @@ class _ClaimTests:
             return None
         drawn = apply_chains(self.drawn.sources, left_out.chains)
         of_draws = self.model.axes.plan(drawn)
-        good = _good(self.examined.control_left_out["is_suspect"].to_numpy())
+        good = good_rows(self.examined.control_left_out["is_suspect"].to_numpy())
         return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])
 
     def _roles(self):
@@ -320,13 +322,6 @@ class _ClaimTests:
             n_draws = self.drawn.low.shape[1]
             known = draw_errors(control.sizes, axes, n_draws=n_draws, seed=1)
         return axes.plan(control.apply(known))[place]
-
-
-def _good(is_suspect):
-    """All but the suspects; everything where there are too many of them."""
-    if is_suspect.sum() > MOST_SUSPECTS * len(is_suspect):
-        return np.ones(len(is_suspect), dtype=bool)
-    return ~is_suspect
 
 
 def _known(examined):

@@ -3,7 +3,8 @@
 Two exchanged names spoil all residuals of their model, the coverage differences of its
 points and every figure of the block. So each model that fits badly, or has a suspect,
 is transformed again with every pair of its worst points exchanged, and the pair that
-makes it fit is the cause.
+makes it fit is the cause. Where suspects have no coordinates that their models are
+fitted onto, the median of their values takes the place.
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,9 @@ from einschalt.foundations.names import CodedPairs, encode_pairs, is_among
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MODEL = ["coverage", "model_id"]
+PLAN = ("easting", "northing")
 PAIR = 2
+LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 # worst points of a model among which a pair is looked for: 15 pairs
 MOST_POINTS = 6
 MOST_MODELS = 200
@@ -59,21 +62,26 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
 
 
 def _in_flight(solution, name, kind):
-    worst = _worst_points(solution, name)
+    by_values = _known_by_values(solution, name)
+    worst = _worst_points(solution, name, by_values)
     if len(worst) < PAIR:
         return []
     trials = _Trials.of(worst)
     if not len(trials.pairs):
         return []
     measured = tables.with_coverage(solution.model_points[name])
-    before, after = trials.m_0(measured, solution.ground_of(name), kind)
+    ground = solution.ground_of(name)
+    if len(by_values):
+        places = by_values.drop_duplicates("point_id")[_ground_columns(by_values)]
+        ground = pd.concat([ground, places], ignore_index=True)
+    before, after = trials.m_0(measured, ground, kind)
     best = trials.best(after)
     usual = _usual_m_0(solution, name, worst)
     is_found = (after[best] <= LARGE_M_0 * usual) & (
         before[best] >= LEAST_IMPROVEMENT * after[best]
     )
     # computed coordinates only where the points are not known on the ground
-    known = pd.concat([solution.ground_of(name), solution.points])
+    known = pd.concat([ground, solution.points])
     place = known.drop_duplicates("point_id").set_index("point_id")
     place = columns_of(place, ("easting", "northing"))
     return [
@@ -165,16 +173,58 @@ def _m_0(points, parts, trials, ground, kind):
     return m_0
 
 
-def _worst_points(solution, name):
+def _known_by_values(solution, name):
+    """Values of suspects that the models of a flight are not fitted onto.
+
+    coverage, model_id, point_id, the median of the point's values easting, northing
+    [, height], residual_easting, residual_northing (value less median) [m], is_suspect.
+    Of points with three values and more: of fewer the median is no place of its own.
+    """
+    values = solution.first_fit(name).own_values
+    axes = _ground_columns(values)[1:]
+    is_open = ~is_among(values["point_id"], solution.ground_of(name)["point_id"])
+    is_open &= is_among(values["point_id"], _suspects(solution, name))
+    values = values[is_open & values["easting"].notna().to_numpy()]
+    by_point = values.groupby("point_id", sort=False)
+    values = values[(by_point["easting"].transform("size") >= LEAST_VALUES).to_numpy()]
+    median = values.groupby("point_id", sort=False)[axes].transform("median")
+    miss = values[list(PLAN)] - median[list(PLAN)]
+    return values[[*MODEL, "point_id"]].assign(
+        **median,
+        residual_easting=miss["easting"],
+        residual_northing=miss["northing"],
+        is_suspect=True,
+    )
+
+
+def _suspects(solution, name):
+    """Names of the points that residuals, coverages or other models contradict."""
+    residuals, gross = solution.residuals, solution.gross_measurements
+    return pd.concat(
+        [
+            residuals.loc[residuals["is_suspect"].astype(bool), "point_id"],
+            gross.loc[gross["flight"] == name, "point_id"],
+            pd.Series(solution.screening.suspects, dtype=object),
+        ]
+    ).unique()
+
+
+def _ground_columns(table):
+    """point_id, easting, northing and, where there is one, height."""
+    return ["point_id", *(axis for axis in (*PLAN, "height") if axis in table)]
+
+
+def _worst_points(solution, name, by_values):
     """Points with the largest residuals of the models that hold something wrong."""
     residuals = solution.residuals[solution.residuals["flight"] == name]
     gross = solution.gross_measurements
     gross = gross[gross["flight"] == name].assign(is_suspect=True)
     misfits = _models_that_fit_badly(solution, name)
-    if not (residuals["is_suspect"].any() or len(gross) or len(misfits)):
+    own = (gross, by_values)
+    if not (residuals["is_suspect"].any() or any(map(len, own)) or len(misfits)):
         return residuals.iloc[:0]
     columns = [*MODEL, "point_id", "residual_easting", "residual_northing"]
-    parts = [part for part in (residuals, gross) if len(part)] or [residuals]
+    parts = [part for part in (residuals, *own) if len(part)] or [residuals]
     both = pd.concat([part[[*columns, "is_suspect"]] for part in parts])
     # two exchanged points mask each other: a model may fit badly without a suspect
     wrong = both[both["is_suspect"].to_numpy(dtype=bool)]

@@ -16,10 +16,12 @@ from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
+from einschalt.pipeline.assessment.evidence.without_gross_errors import (
+    gross_rows,
+)
 from einschalt.pipeline.assessment.plain_values import IS_PLAIN
 from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
-from einschalt.stages.model_screening import suspect_rows
 from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
@@ -229,7 +231,8 @@ def _strain(examined, transformations, errors, affine):
         table = tables[name]
         codes = names.codes[first : first + len(table)]
         first += len(table)
-        values = _Values.of(transformation, table, codes, errors[name])
+        is_out = gross_rows(examined, name, transformation)
+        values = _Values.of(transformation, table, codes, errors[name], is_out)
         displaced = values.displaced(bent, number)
         flights.append(values.about(origin, displaced, is_affine=name in affine))
     xy = values_of(control, ["easting", "northing"])[is_used] - origin
@@ -278,7 +281,7 @@ def _shared(control, errors, is_used):
 
 @dataclass(frozen=True, eq=False)
 class _Values:
-    """Values of a flight for the adjustment of everything, without suspects."""
+    """Values of a flight for the adjustment of everything, without gross errors."""
 
     xy: np.ndarray
     model: np.ndarray
@@ -287,11 +290,10 @@ class _Values:
     weight: np.ndarray
 
     @classmethod
-    def of(cls, transformation, model_points, point, errors):
+    def of(cls, transformation, model_points, point, errors, is_out):
         values = transformation.own_values
-        is_suspect = suspect_rows(values, transformation)
         ground = values_of(values, ["easting", "northing"])
-        rows = np.isfinite(ground).all(axis=1) & ~is_suspect
+        rows = np.isfinite(ground).all(axis=1) & ~is_out
         names = encode_pairs(values["coverage"][rows], values["model_id"][rows])
         xy = values_of(model_points, ["x", "y"])[rows]
         return cls(xy, names.codes, point[rows], ground[rows], errors[rows] ** -2.0)

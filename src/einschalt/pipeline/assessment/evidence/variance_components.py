@@ -13,8 +13,10 @@ import numpy as np
 from einschalt.foundations.batches import segments
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
+from einschalt.pipeline.assessment.evidence.without_gross_errors import (
+    gross_rows,
+)
 from einschalt.pipeline.block.facts import FLIGHTS
-from einschalt.pipeline.densification.gross_errors import is_gross
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,
     HIGH,
@@ -35,7 +37,6 @@ from einschalt.stages.error_propagation.operators import (
     flight_operator,
     mean_operator,
 )
-from einschalt.stages.model_screening import suspect_rows
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -174,15 +175,11 @@ def _sums(examined, low, sources):
     """Sums of squares of both flights, with their chains of operators."""
     control, high = examined.block.control_points, examined.high
     is_control = (control["role"] != "check").to_numpy()
-    gross = {
-        name: is_gross(examined.gross_measurements, name, points)
-        for name, points in examined.model_points.items()
-    }
     of_high = _MeasuredFlight(
         high.transformation,
         examined.model_points[HIGH],
         GroundSources(np.flatnonzero(is_control), len(control)),
-        gross[HIGH],
+        gross_rows(examined, HIGH, high.transformation),
         (sources.axes, sources.behind[HIGH]),
     )
     places = places_fitted_onto(examined.block, high.points["point_id"])
@@ -190,7 +187,7 @@ def _sums(examined, low, sources):
         low,
         examined.model_points[LOW],
         GroundSources(places, len(high.points)),
-        gross[LOW],
+        gross_rows(examined, LOW, low),
         (sources.axes, sources.behind[LOW]),
     )
     n_high = len(examined.model_points[HIGH])
@@ -216,7 +213,7 @@ def _sums(examined, low, sources):
 class _MeasuredFlight:
     """Values and residuals of a flight, with the operators that they come from."""
 
-    def __init__(self, transformation, model_points, ground, is_refused, sources):
+    def __init__(self, transformation, model_points, ground, is_out, sources):
         self._observed, self._ground = transformation.observed, ground
         self._axes, self._own = sources
         self.operator = flight_operator(
@@ -225,7 +222,6 @@ class _MeasuredFlight:
         values = transformation.own_values
         self._values = values_of(values, PLAN)
         self._point = encode(values["point_id"]).codes
-        is_out = is_refused | suspect_rows(values, transformation)
         self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
 
     def differences(self, chains):

@@ -121,7 +121,7 @@ def contradicted_propagation(two_step):
         facts={
             "propagated": float(figures.mean_within),
             "paper": float(figures.mean_paper),
-            "internal": float(figures.mean_internal),
+            "internal": float(two_step.internal_of_good),
         },
     )
 
@@ -135,7 +135,7 @@ def contradicted_budget(two_step):
     is_known = two_step.errors is not None and any(
         flight.is_oriented_numerically for flight in two_step.block.flights.values()
     )
-    internal, paper = float(figures.mean_internal), float(figures.mean_paper)
+    internal, paper = two_step.internal_of_good, float(figures.mean_paper)
     if is_known or not internal > MIN_REPORTED_RATIO * paper:
         return None
     return finding(

@@ -9,7 +9,8 @@ from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, r
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
-# an m_g this many times the given one is no measuring error
+# an m_g this many times the given one is no measuring error, nor is the given one if it
+# is this many times what shows
 GROSS = 3.0
 LARGE_SPREAD = 5.0
 FLIGHTS = ("high_flight", "low_flight")
@@ -176,7 +177,11 @@ def wrong_measuring_errors(examined):
     wrong = {name: c for name, c in components.items() if c.is_contradicted}
     if not wrong:
         return None
-    is_gross = any(c.estimated > GROSS * c.given for c in wrong.values())
+    remedy = "give_that_m_g"
+    if any(c.estimated > GROSS * c.given for c in wrong.values()):
+        remedy = "look_for_gross_errors"
+    elif any(GROSS * c.estimated < c.given for c in wrong.values()):
+        remedy = "check_scale_and_independence"
     first = next(iter(wrong.values()))
     return finding(
         "wrong_measuring_errors",
@@ -184,7 +189,7 @@ def wrong_measuring_errors(examined):
         statistic="m_g of a flight",
         observed=float(first.estimated) * METRES_PER_UM,
         expected=float(first.given) * METRES_PER_UM,
-        remedy="look_for_gross_errors" if is_gross else "give_that_m_g",
+        remedy=remedy,
         facts={"flights": tuple(c.facts_of(name) for name, c in wrong.items())},
     )
 

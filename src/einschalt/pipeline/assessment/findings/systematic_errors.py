@@ -113,17 +113,23 @@ def broken_network(examined):
 
 def contradicting_control(examined):
     """Control points that contradict each other by more than their errors."""
+    # told whenever a claim is enlarged for control, and no pattern tells more
     strain = examined.patterns.strain
     if broken_network(examined) is not None:
         return None  # which says how
-    if strain is None or not strain.is_significant or strain.is_smooth:
+    p_values = [examined.control_patterns.unnamed_p_value]
+    if strain is not None and strain.is_significant:
+        if strain.is_smooth:
+            return None  # a strained network
+        p_values.append(strain.p_value)
+    if np.isnan(p_values).all():
         return None
     return finding(
         "contradicting_control",
         statistic="corrections of the control points",
-        probability=strain.p_value,
+        probability=float(np.nanmin(p_values)),
         remedy="look_for_wrong_control_or_raise_errors",
-        facts={"n_control": int(strain.n_control)},
+        facts={"n_control": examined.control_patterns.n_control or strain.n_control},
     )
 
 

@@ -25,6 +25,10 @@ REMEDIES = mark_each(
             'Check their coordinates and names, or set outliers = "snoop"'
         ),
         "look_for_gross_errors": "Look for gross errors",
+        "check_scale_and_independence": (
+            "Check m_g_um and scale_number, and that no coordinates were measured once "
+            "and given twice"
+        ),
         "give_that_m_g": "Give that figure, if no gross error made it",
         "give_at_least_that_m_g": (
             "Give at least that figure, if no gross error made it"

@@ -79,6 +79,7 @@ def test_the_largest_of_several():
 def fake(points, s_0=1.0):
     table = pd.DataFrame({"point_id": list("abcd"), **points, "role": "new"})
     table = table.assign(spread_total=0.1, is_suspect=table["point_id"] == "d")
+    table = table.assign(n_models=2)
     return SimpleNamespace(
         points=table,
         solution=SimpleNamespace(points=table),
@@ -88,6 +89,8 @@ def fake(points, s_0=1.0):
         residuals=table[["point_id", "is_suspect"]],
         suspects=set(),
         is_possible=True,
+        means=SimpleNamespace(points=table, used=pd.concat([table, table])),
+        high=None,
         approximations=table.assign(easting=table["easting"] - [9.0, 0.0, 0.0, 3.0]),
     )
 

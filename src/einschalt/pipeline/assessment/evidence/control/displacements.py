@@ -9,6 +9,7 @@ apart; what a doubt of the whole frame means for the coordinates.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
@@ -18,6 +19,7 @@ from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 # of the claimed figure: what must come to it, so that chance in single points does
 # not make a claim fall (1.25 in all)
 LEAST_ADDED = 0.75
+LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 # quarter of χ² by its mean, for two coordinates and for one
 LOW_OF_PLAN, LOW_OF_HEIGHT = 0.2877, 0.1015
 # beyond it errors are not only larger than given: something is wrong
@@ -83,8 +85,8 @@ def _falls(claim):
 def moved_by_suspects(examined) -> Displacement:
     """How far suspects among the new points lie from their other values.
 
-    From the approximate coordinates, or by the spread of their models, beyond what is
-    usual in the block: one of the values is wrong, and nothing tells which.
+    From the approximate coordinates, or from what their models say if one of them is
+    wrong, beyond what is usual in the block.
     """
     two_step = examined.two_step
     if not two_step.is_possible:
@@ -94,28 +96,69 @@ def moved_by_suspects(examined) -> Displacement:
         examined.points.loc[examined.points["is_suspect"], "point_id"],
         residuals.loc[residuals["is_suspect"].astype(bool), "point_id"],
     )
-    points = two_step.points
-    squares = apart_from(points, two_step.approximations) ** 2
+    points = examined.points
+    rows = np.flatnonzero(is_among(points["point_id"], suspects))
+    squares = apart_from(points, _approximations(two_step, suspects)) ** 2
     spread = points["spread_total"].to_numpy(dtype=float) ** 2
+    of_plan = squares[:, :2].sum(axis=1)
+    pulled = _pulled_by_one(two_step, points.iloc[rows]) ** 2
     plan = np.fmax(
-        _beyond_usual(squares[:, :2].sum(axis=1), LOW_OF_PLAN),
-        _beyond_usual(spread, LOW_OF_PLAN),
+        _beyond_usual(of_plan[rows], of_plan, LOW_OF_PLAN),
+        _beyond_usual(pulled, spread, LOW_OF_PLAN),
     )
-    height = [_beyond_usual(column, LOW_OF_HEIGHT) for column in squares[:, 2:].T]
+    height = [
+        _beyond_usual(column[rows], column, LOW_OF_HEIGHT)
+        for column in squares[:, 2:].T
+    ]
     # half of it in either coordinate
     apart = np.sqrt(np.column_stack([plan / 2.0, plan / 2.0, *height]))
-    is_suspect = points["point_id"].isin(suspects).to_numpy()
-    return _of_new(examined, points.loc[is_suspect, "point_id"], apart[is_suspect])
+    return _of_new(examined, points["point_id"].iloc[rows], apart)
 
 
-def _beyond_usual(squares, low):
+def _pulled_by_one(two_step, points):
+    """How far one wrong value may have moved points, (n_points,) [m]; NaN without.
+
+    Of three and more values in the two steps the median holds: the rest is what pulls
+    the point. Of two nothing tells which is wrong, so half of their distance.
+    """
+    names, means = points["point_id"], two_step.means
+    median = _medians(means, names)
+    apart = apart_from(points, pd.concat([median, means.points]))[:, :2]
+    known = two_step.points.set_index("point_id").reindex(names)
+    half = np.where(known["n_models"] == 2, known["spread_total"] / np.sqrt(2.0), 0.0)
+    return np.hypot(np.hypot(*apart.T), half)
+
+
+def _approximations(two_step, suspects):
+    """Approximate coordinates, of suspects the median of their values in the flight."""
+    points = two_step.approximations
+    if two_step.high is None:
+        return points
+    median = _medians(two_step.high.means, suspects)
+    return pd.concat([median, points])  # of which the first counts
+
+
+def _medians(means, names):
+    """Median of the values of points that have three and more: point_id and axes [m].
+
+    Their mean where they have been averaged with weights is no guide: it may lean on
+    the wrong one.
+    """
+    used = means.used[is_among(means.used["point_id"], names)]
+    axes = [name for name in GROUND_NAMES if name in used]
+    by_point = used.groupby("point_id", sort=False)[axes]
+    median = by_point.median()[(by_point.size() >= LEAST_VALUES).to_numpy()]
+    return median.reset_index()
+
+
+def _beyond_usual(squares, all_squares, low):
     """What squares exceed those of most points by; 0 below.
 
     The lowest quarter tells what is usual, also where most points are wrong.
     """
-    if not np.isfinite(squares).any():
+    if not np.isfinite(all_squares).any():
         return np.zeros(len(squares))
-    usual = np.nanquantile(squares, 0.25) / low
+    usual = np.nanquantile(all_squares, 0.25) / low
     return np.nan_to_num(np.maximum(squares - usual, 0.0))
 
 
@@ -142,7 +185,10 @@ def _beyond(found, expected):
 
 
 def apart_from(points, others):
-    """Coordinates of points less those that others have, (n_points, 2 or 3) [m]."""
+    """Coordinates of points less those that others have, (n_points, 2 or 3) [m].
+
+    Of several rows of a point in ``others`` the first counts.
+    """
     axes = [name for name in GROUND_NAMES if name in points and name in others]
     there = others.drop_duplicates("point_id").set_index("point_id")[axes]
     there = there.reindex(points["point_id"]).to_numpy(dtype=float)

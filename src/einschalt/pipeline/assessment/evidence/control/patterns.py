@@ -85,9 +85,27 @@ class ControlPatterns:
     # pattern does to the new points, TOTAL in plan, and in height, RMS [m]
     moved_plan: float = 0.0
     moved_height: float = 0.0
+    # probability of the clearest pattern among all, in plan and in height
+    p_plan: float = 1.0
+    p_height: float = 1.0
+    n_control: int = 0  # points that patterns were looked for in
+
+    @property
+    def unnamed_p_value(self):
+        """Probability of what chance does not explain and no pattern names; NaN."""
+        unnamed = [
+            p_value
+            for found, moved, p_value in (
+                (self.plan, self.moved_plan, self.p_plan),
+                (self.height, self.moved_height, self.p_height),
+            )
+            if found is None and moved > 0.0
+        ]
+        return min(unnamed, default=np.nan)
 
 
 NO_PATTERNS = ControlPatterns(None, None)
+NOTHING = (None, 0.0, 1.0)  # of either: pattern, what it moves, and its probability
 
 
 def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
@@ -107,14 +125,15 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     is_used = (control["role"] != "check").to_numpy() & ~is_free
     signatures = Signatures(examined, left_out)
     patterns = _patterns(control, names, is_used)
-    scores, height = examined.patterns.scores, (None, 0.0)
+    scores, height = examined.patterns.scores, NOTHING
     shown = _Differences(signatures, PLAN) if scores is None else _Scores(scores)
     plan = _worst(signatures, PLAN, patterns, shown, is_free, is_used)
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
         shown = _Differences(signatures, HEIGHT)
         height = _worst(signatures, HEIGHT, found, shown, is_free, is_used)
-    return ControlPatterns(plan[0], height[0], plan[1], height[1])
+    both = (each for pair in zip(plan, height, strict=True) for each in pair)
+    return ControlPatterns(*both, n_control=int(is_used.sum()))
 
 
 def _scales(block, n_control):
@@ -177,12 +196,12 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
     FoundPattern, or None where errors that are all larger than given are no pattern;
-    and what it does to the new points, 0 where chance explains it.
+    what it does to the new points, 0 where chance explains it; and its probability.
     """
     tests = shown.tests(patterns, is_free)
     place = _clearest(tests)
     if place is None:
-        return None, 0.0
+        return NOTHING
     p_value, if_scaled = (
         _of_family(tests, values)[place]
         for values in (tests.p_values, tests.p_values_if_scaled)
@@ -198,7 +217,7 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         moved.append(signatures.moved_by(of_control @ amplitudes, axes))
     moved = float(np.nan_to_num(max(moved)))
     if if_scaled > SURELY_NOT_SCALED:
-        return None, moved
+        return None, moved, float(p_value)
     names = signatures.control["point_id"].to_numpy(dtype=object)
     found = FoundPattern(
         kind=pattern.kind,
@@ -209,7 +228,7 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         p_value=float(p_value),
         moved=moved,
     )
-    return found, moved
+    return found, moved, found.p_value
 
 
 def _clearest(tests):

@@ -1,0 +1,137 @@
+"""What was found and excluded judges nothing any more; what is kept is bounded by it.
+
+Points that the high flight did not measure have no residuals in the low flight, whose
+models are not fitted onto them: only their values in other models tell.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+
+PLAN = ["easting", "northing"]
+METHODS = ("two_step", "simultaneous")
+MODEL = ("1", "1/5")
+PAIR = ("1030", "1039")
+
+
+def with_low(block, points):
+    return replace(block, low_flight=replace(block.low_flight, model_points=points))
+
+
+def without_approximations(block, names):
+    """The block, some points not measured in the high flight."""
+    points = block.high_flight.model_points
+    points = points[~points["point_id"].isin(names)].reset_index(drop=True)
+    return replace(block, high_flight=replace(block.high_flight, model_points=points))
+
+
+def rows_of(points, names):
+    is_model = (points["coverage"] == MODEL[0]) & (points["model_id"] == MODEL[1])
+    return points.index[is_model & points["point_id"].isin(names)]
+
+
+def true_error(result):
+    """TOTAL error of the new points, RMS [m]."""
+    new = result.points[result.points["role"] == "new"]
+    truth = result.block.truth.set_index("point_id").loc[new["point_id"], PLAN]
+    miss = new[PLAN].to_numpy() - truth.to_numpy()
+    return float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
+
+
+def solved(block, method, outliers):
+    return densify(
+        block, block.settings.updated({"method": method, "outliers": outliers})
+    )
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return simulate_block("demo", seed=5)
+
+
+@pytest.fixture(scope="module")
+def exchanged(clean):
+    """Two points without approximate coordinates under each other's name."""
+    points = clean.low_flight.model_points.copy()
+    rows = rows_of(points, PAIR)
+    points.loc[rows, "point_id"] = points.loc[rows, "point_id"].to_numpy()[::-1]
+    return without_approximations(with_low(clean, points), PAIR)
+
+
+@pytest.fixture(scope="module")
+def one_wrong(clean):
+    """One such point 200 m away in one of its models."""
+    points = clean.low_flight.model_points.copy()
+    points.loc[rows_of(points, PAIR[:1]), "x"] += 25.0
+    return without_approximations(with_low(clean, points), PAIR[:1])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("outliers", ["snoop", "huber"])
+@pytest.mark.parametrize("block", ["exchanged", "one_wrong"])
+def test_the_claim_is_that_of_the_rest(clean, block, method, outliers, request):
+    spoilt = request.getfixturevalue(block)
+    result = solved(spoilt, method, outliers)
+    without = without_approximations(clean, PAIR if block == "exchanged" else PAIR[:1])
+    good = solved(without, method, outliers)
+    assert true_error(result) == pytest.approx(true_error(good), rel=0.1)
+    believed, expected = (r.assessment.credible.value for r in (result, good))
+    assert believed == pytest.approx(expected, rel=0.25)
+    codes = {found.code for found in result.assessment.findings}
+    assert not codes & {"contradicting_control", "strained_network", "broken_network"}
+    assert not result.points.loc[~result.points["point_id"].isin(PAIR), "is_suspect"][
+        ~good.points["is_suspect"].to_numpy()[~good.points["point_id"].isin(PAIR)]
+    ].any()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("outliers", ["keep", "snoop", "huber"])
+def test_names_exchanged_without_approximations_are_named(exchanged, method, outliers):
+    judged = solved(exchanged, method, outliers).assessment
+    cause = judged.findings[0]
+    assert cause.code == "exchanged_names"
+    assert set(cause.names) == set(PAIR)
+    assert "exchanged_names" in judged.causes
+    # 340 m apart, and a model of some centimetres with the names put right
+    assert cause.expected < 0.2
+    assert cause.observed > 100.0
+
+
+@pytest.mark.parametrize("block", ["exchanged", "one_wrong"])
+def test_kept_errors_are_counted_where_they_are(block, request):
+    result = solved(request.getfixturevalue(block), "two_step", "keep")
+    credible, true = result.assessment.credible, true_error(result)
+    assert credible.is_lower_bound
+    # or worse: and not a hundred times as bad as it is
+    assert 0.8 * true < credible.value < 1.3 * true
+    assert result.examination.patterns.strain.p_value > 0.01
+    m_g = result.examination.components.low_flight
+    assert m_g.estimated == pytest.approx(m_g.given, rel=0.25)
+
+
+def test_excluded_rows_are_in_no_figure_of_one_adjustment(exchanged):
+    kept, result = (solved(exchanged, "simultaneous", how) for how in ("keep", "snoop"))
+    of_kept, points = (
+        r.points.set_index("point_id").loc[list(PAIR)] for r in (kept, result)
+    )
+    assert (of_kept["n_models"] - points["n_models"]).tolist() == [1, 1]
+    assert (points["spread_total"] < 0.3).all()
+    model = result.models.set_index(["flight", "coverage", "model_id"])
+    model = model.loc[("low_flight", *MODEL)]
+    assert model["m_0"] < 0.1
+    # eight points, of which two are out: 12 coordinates less six parameters, and what
+    # the points themselves take
+    assert 0.0 < model["redundancy"] < 6.0
+    assert result.figures.m_0_low < 0.1
+    assert result.solution.adjustment.s_0 == pytest.approx(1.0, abs=0.15)
+    deformed = result.solution.adjustment.deformations
+    assert (deformed["size_edge"] < 0.2).all()
+
+
+def test_downweighted_gross_errors_do_not_make_s_0_large(one_wrong):
+    result = solved(one_wrong, "simultaneous", "huber")
+    assert result.solution.adjustment.s_0 == pytest.approx(1.0, abs=0.15)
