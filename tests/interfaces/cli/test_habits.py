@@ -11,13 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli import lengths
-from einschalt.interfaces.cli.explained_findings import (
-    explained_finding,
-    judges,
-)
 from einschalt.interfaces.cli.main import COMMANDS, app
 from einschalt.interfaces.files.glossary import entries
-from einschalt.pipeline.assessment.findings.kinds import KINDS
 
 KEYS = ["command", "status", "problems", "paths", "figures"]
 
@@ -310,15 +305,6 @@ def completed(line):
 def test_commands_and_options_are_completed():
     assert completed("einschalt de") == ["demo", "densify"]
     assert completed("einschalt densify --coverage") == ["--coverage-mean"]
-
-
-def test_every_finding_has_a_judge_and_an_explanation():
-    assert set(KINDS) == set(judges())
-    for code in KINDS:
-        lines = explained_finding(code).splitlines()
-        assert lines[0].startswith(code)
-        assert len(lines[1].split()) > 1
-        assert lines[2].startswith("  about: ")
 
 
 def test_terms_are_found_in_both_languages(invoke):

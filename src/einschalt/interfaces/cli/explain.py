@@ -1,4 +1,4 @@
-"""``einschalt explain``: a term, a finding or a column."""
+"""``einschalt explain``: a term, a setting, a finding or a column."""
 
 from typing import Annotated
 
@@ -9,6 +9,7 @@ from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
 EXAMPLES = (
     "einschalt explain Passpunkt",
     "einschalt explain standard_error_total",
+    "einschalt explain snoop",
     "einschalt explain claim_that_does_not_stand",
 )
 
@@ -21,12 +22,12 @@ def explain(
         typer.Argument(
             metavar="TERM",
             help="A term in German or English, a column under its own or a usual name, "
-            "a name in the JSON of plan, the code of a finding in assessment.json; "
-            "'all' lists them.",
+            "a setting or one of its values, a name in the JSON of plan, the code of a "
+            "finding in assessment.json; 'all' lists them.",
         ),
     ],
 ):
-    """Explain a term of the field, a finding or a column.
+    """Explain a term of the field, a setting, a finding or a column.
 
     Terms come from the glossary, columns from the schemas that check the tables, and
     findings, with their remedies, from the texts of the summary.

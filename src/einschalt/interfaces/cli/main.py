@@ -47,7 +47,7 @@ COMMANDS = mark_each(
         "simulate": "Simulate a block whose true coordinates are known.",
         "transform": "Fit one transformation per model, and transform points.",
         "export": "Write a result for CAD, Excel, GIS and other adjustments.",
-        "explain": "Explain a term of the field, a finding or a column.",
+        "explain": "Explain a term of the field, a setting, a finding or a column.",
         "completion": "Print a shell script that completes commands and options.",
         "publish": "Publish a result for PROJ, GDAL and QGIS.",
         "orient": "Orient image pairs, and report those near a dangerous surface.",

@@ -10,10 +10,12 @@ from pathlib import Path
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.language import mark_each, translated
+from einschalt.interfaces.files.plain_formulas import without_latex
 
 PACKAGE = Path(__file__).parents[2]
 PLACES = (PACKAGE / "glossary.md", PACKAGE.parents[1] / "docs" / "glossary.md")
 NOTHING = "–"
+QUOTED = re.compile(r'"([^"]+)"')
 MATHS = re.compile(r"\$([^$]*)\$")
 OF_SYMBOLS = re.compile(r"[,;=]").split
 SECTIONS = mark_each(
@@ -22,6 +24,7 @@ SECTIONS = mark_each(
         "Planning": "Planning",
         "Relative orientation": "Relative orientation",
         "Transformation and adjustment": "Transformation and adjustment",
+        "Methods and their authors": "Methods and their authors",
     }
 )
 NAMES = mark_each(
@@ -48,16 +51,19 @@ class Entry:
         rest = [(name, cell) for name, cell in rest if cell not in ("", NOTHING)]
         said = [f"{translated(NAMES[name])}: {cell}" for name, cell in rest]
         section = translated(SECTIONS[self.section])
-        return "\n".join([f"{title} ({section})", *(f"  {one}" for one in said)])
+        lines = [f"{title} ({section})", *(f"  {one}" for one in said)]
+        return without_latex("\n".join(lines).replace("`", ""))
 
     @property
     def words(self):
         """Words that stand for it, in its languages, and its symbol and code."""
         cells = ", ".join(c for name, c in self.cells.items() if name != "unit")
         symbols = [part for text in MATHS.findall(cells) for part in OF_SYMBOLS(text)]
+        quoted = QUOTED.findall(cells)  # values of settings
         # without what stands in brackets, and with it
-        words = re.split(r"[,;/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
-        return tuple(filter(None, (word.strip() for word in (*words, *symbols))))
+        words = re.split(r"[,;:/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
+        known = (word.strip() for word in (*words, *symbols, *quoted))
+        return tuple(filter(None, known))
 
     def is_meant(self, term, *, plural=True):
         """Whether a word stands for it: in one of its languages, its symbol, its code.

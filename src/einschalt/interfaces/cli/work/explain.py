@@ -12,6 +12,12 @@ from einschalt.foundations.plan_figure_meanings import (
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.explained_findings import explained_finding
 from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.setting_meanings import (
+    explained_settings,
+    names_of_settings,
+    names_of_values,
+    settings_with_values,
+)
 from einschalt.interfaces.files.columns_page import (
     ALL,
     explanation_of,
@@ -32,6 +38,7 @@ def explain(term):
         return
     found = {
         "term": _terms(term),
+        "setting": explained_settings(term),
         "finding": [explained_finding(term)] if term in WORDS else [],
         "column": _column(term),
         "figure": _figure(term),
@@ -41,7 +48,7 @@ def explain(term):
     if not texts:
         near = _nearest(term)
         raise SettingsError(
-            f"{term!r} is no term, finding, column or figure",
+            f"{term!r} is no term, setting, finding, column or figure",
             expected="a word that einschalt explain all lists",
             remedy=f"Write {near!r}" if near else "",
         )
@@ -49,15 +56,17 @@ def explain(term):
 
 
 def _print_all():
-    """List findings, terms and figures, and explain all columns."""
+    """List findings, settings, terms and figures, and explain all columns."""
     lists = {
         "findings": WORDS,
+        "settings": names_of_settings(),
         "terms": [one.title for one in entries()],
         "figures": sorted(names_of_figures()),
     }
     columns = explanation_of(ALL)
     report(**{name: list(words) for name, words in lists.items()}, columns=columns)
-    titles = map(translated, ("Findings", "Terms", "Figures of plans"))
+    lists["settings"] = settings_with_values()
+    titles = map(translated, ("Findings", "Settings", "Terms", "Figures of plans"))
     for title, names in zip(titles, lists.values(), strict=True):
         print_out("\n".join([title, *(f"  {one}" for one in names), ""]))
     print_out(columns)
@@ -95,6 +104,8 @@ def _nearest(term):
         *WORDS,
         *names_of_columns(),
         *names_of_figures(),
+        *names_of_settings(),
+        *names_of_values(),
         *(word for one in entries() for word in one.words),
         *(one.title for one in entries()),
     )

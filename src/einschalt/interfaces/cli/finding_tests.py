@@ -1,0 +1,298 @@
+"""How each finding is tested, and what may be done: for ``einschalt explain``."""
+
+from einschalt.foundations.language import mark_each
+
+TESTS = mark_each(
+    {
+        "exchanged_names": (
+            "Whether m_0 of a model that fits badly becomes usual when the names of "
+            "two of its points are exchanged."
+        ),
+        "measurements_given_twice": (
+            "Whether points of two models or photographs have identical coordinates "
+            "to the last digit."
+        ),
+        "models_larger_than_film": (
+            "The diameter of the median model on the ground, divided by scale_number, "
+            "against the diagonal of the largest film."
+        ),
+        "scale_numbers_contradicted": (
+            "The scale of the photographs, from image coordinates and ground, against "
+            "scale_number."
+        ),
+        "stretched_models": (
+            "The common ratio of the scales of both axes against the largest that "
+            "film can have."
+        ),
+        "failed_models": (
+            "Whether the orientation and the transformation of each model can be "
+            "computed."
+        ),
+        "points_without_coordinates": (
+            "Whether each measured point of the low flight is in a usable model."
+        ),
+        "orientations_without_convergence": (
+            "Whether the iterations of the relative orientation come to rest."
+        ),
+        "models_near_a_dangerous_surface": (
+            "The standard error of omega against that on flat terrain."
+        ),
+        "image_points_that_contradict": (
+            "The residual of each image point of a relative orientation, standardized."
+        ),
+        "ambiguous_orientations": (
+            "Whether a second orientation fits about as well as the first."
+        ),
+        "orientations_with_large_sigma_0": (
+            "sigma_0 of each orientation against the median of its flight."
+        ),
+        "corrections_that_spoil": (
+            "m_0 of the flight with the corrections against m_0 without them."
+        ),
+        "models_upside_down": (
+            "Whether a spatial model fits only when it is turned over."
+        ),
+        "lone_wrong_check_point": (
+            "Whether the check points agree with the stated precision when the worst "
+            "of them is left out."
+        ),
+        "control_against_block": (
+            "The correction that the adjustment gives to each control point, against "
+            "its standard error."
+        ),
+        "control_set_aside": (
+            "The correction that the adjustment gives to each control point, against "
+            "its standard error."
+        ),
+        "control_that_contradicts": (
+            "Each control point is predicted without itself; the difference is "
+            "compared with its standard error."
+        ),
+        "claim_that_does_not_stand": (
+            "Residuals, differences of coverages, known points and the correlation of "
+            "neighbours against what the stated precision predicts."
+        ),
+        "check_points_beyond_claim": (
+            "RMS of the differences at the check points against the stated precision "
+            "and their own standard errors."
+        ),
+        "adjustment_that_misfits": "s_0 of the adjustment against 1.",
+        "deformed_models": (
+            "Whether the residuals of models have a common second-order pattern, and "
+            "which method predicts known points better."
+        ),
+        "block_that_shrinks": (
+            "The displacement of the new points by that against their standard errors."
+        ),
+        "drift_without_control": (
+            "The number of control points in the low flight that hold the repeated "
+            "transformations."
+        ),
+        "iterations_that_spoil": (
+            "The propagated precision after all iterations against that after one."
+        ),
+        "drift_that_nothing_tells": (
+            "The share of models with control; the precision cannot be propagated."
+        ),
+        "check_points_better_than_claim": (
+            "RMS of the differences at the check points against the stated precision "
+            "and their own standard errors."
+        ),
+        "control_points_beyond_claim": (
+            "RMS of the differences at the control points against the stated "
+            "precision and their own standard errors."
+        ),
+        "shifted_block": (
+            "The mean difference at check points, or at control points, against 0."
+        ),
+        "heights_out_of_scale": (
+            "Whether height differences at control points that were left out grow "
+            "with the height."
+        ),
+        "broken_heights": (
+            "Whether height differences at control points that were left out have a "
+            "step or a bend."
+        ),
+        "wrong_control_height": (
+            "Whether a single control point that was left out explains the height "
+            "differences."
+        ),
+        "heights_beyond_claim": (
+            "Differences of height at check points and at control that was left out, "
+            "against their standard errors."
+        ),
+        "curvature_untold": (
+            "What the curvature of the Earth would bend heights by in a model, "
+            "against their standard error."
+        ),
+        "high_flight_that_misfits": (
+            "m_0 of the high flight against what m_g_um and the errors of control "
+            "explain."
+        ),
+        "contradicted_propagation": (
+            "The larger of the paper's and the internal figure against the propagated "
+            "one."
+        ),
+        "contradicted_budget": (
+            "The internal figure, from differences of coverages, against Kovarik's "
+            "budget."
+        ),
+        "coverages_that_agree_too_well": (
+            "RMS of the differences of coverages against what the stated errors let "
+            "expect."
+        ),
+        "wrong_measuring_errors": (
+            "m_g as estimated from the residuals (variance components) against m_g_um."
+        ),
+        "image_points_worse_than_given": (
+            "m_g as estimated from the residuals of relative orientation against "
+            "m_g_um."
+        ),
+        "heavy_tails_of_image_points": (
+            "The share of residuals beyond three standard errors of the good points "
+            "against that of a normal distribution."
+        ),
+        "settings_that_scatter": (
+            "The spread of repeated pointings at all points of a flight against m_g_um."
+        ),
+        "scattered_points": (
+            "The spread of the repeated pointings at each point against m_g_um."
+        ),
+        "film_affinity": (
+            "A common stretch and shear in the residuals of all models of a flight."
+        ),
+        "strained_network": (
+            "Whether the displacements of control points are larger than their "
+            "standard errors, and alike among neighbours."
+        ),
+        "broken_network": (
+            "Whether the corrections of the control points have a step or a bend."
+        ),
+        "contradicting_control": (
+            "The corrections of all control points against their standard errors."
+        ),
+        "gross_measurements": (
+            "The residual of each measurement in an adjustment of all models of its "
+            "flight."
+        ),
+        "suspect_observations": (
+            "The residual of each point of a transformation, standardized, and "
+            "whether the worst stands out of all."
+        ),
+        "coverages_that_differ": (
+            "The difference of the coverages of each point against its standard error "
+            "(setting screening)."
+        ),
+        "points_that_differ": ("spread_total of each point against the median of all."),
+        "imprecise_points": (
+            "The standard error of each new point against the median of all."
+        ),
+        "models_with_large_m_0": ("m_0 of each model against that of its flight."),
+        "all_models_mirrored": (
+            "The sign of the determinant of each affine transformation."
+        ),
+        "mirrored_models": (
+            "The sign of the determinant of each affine transformation."
+        ),
+        "points_in_one_coverage": "The number of coverages of each point.",
+        "points_in_one_model": "The number of models of each point.",
+        "models_without_redundancy": "The redundancy of each transformation.",
+        "no_check_points": (
+            "The number of check points; without them the precision is checked from "
+            "inside only."
+        ),
+        "figure_left_out": (
+            "Whether the sizes of all errors are stated, which propagation needs."
+        ),
+        "note_of_reading": ("Nothing: it reports what was done with a file."),
+    }
+)
+# codes of remedies: of the summary, or of the table below
+REMEDIES_OF = {
+    "exchanged_names": ("put_the_names_right",),
+    "measurements_given_twice": ("take_copies_out",),
+    "models_larger_than_film": ("look_at_units_and_scale_number",),
+    "scale_numbers_contradicted": ("look_at_units_of_control", "correct_scale_number"),
+    "stretched_models": ("look_at_units_of_each_axis",),
+    "failed_models": ("see_each_reason",),
+    "points_without_coordinates": ("look_at_their_models",),
+    "orientations_without_convergence": ("look_for_gross_errors_of_orientation",),
+    "models_near_a_dangerous_surface": ("measure_points_elsewhere",),
+    "image_points_that_contradict": (
+        "measure_again_or_snoop",
+        "taken_out",
+        "weighted_down",
+    ),
+    "ambiguous_orientations": ("measure_more_points",),
+    "orientations_with_large_sigma_0": ("look_for_gross_errors_of_orientation",),
+    "corrections_that_spoil": ("turn_sign_of_y_parallax",),
+    "models_upside_down": ("turn_sign_of_x_or_y",),
+    "lone_wrong_check_point": ("check_lone_point",),
+    "control_against_block": ("check_control_or_snoop",),
+    "control_set_aside": ("check_control",),
+    "control_that_contradicts": ("check_worst_control",),
+    "claim_that_does_not_stand": (
+        "doubt_sizes_of_errors",
+        "doubt_independence",
+        "doubt_check_points_too",
+        "shared_errors_as_stated",
+    ),
+    "check_points_beyond_claim": ("check_far_points", "trust_check_points"),
+    "adjustment_that_misfits": (
+        "look_for_names_control_and_units",
+        "give_larger_errors",
+    ),
+    "deformed_models": ("believe_the_two_steps",),
+    "block_that_shrinks": ("give_control_on_the_far_side",),
+    "drift_without_control": ("one_pass_or_measure_control",),
+    "iterations_that_spoil": ("one_pass_or_more_control",),
+    "drift_that_nothing_tells": ("one_pass_or_more_control",),
+    "check_points_better_than_claim": ("give_smaller_errors",),
+    "control_points_beyond_claim": ("look_for_wrong_control", "state_control_errors"),
+    "shifted_block": ("look_at_reference_system",),
+    "heights_out_of_scale": ("check_principal_distance",),
+    "broken_heights": ("check_height_network",),
+    "wrong_control_height": ("check_that_height",),
+    "heights_beyond_claim": ("check_heights",),
+    "curvature_untold": ("give_system",),
+    "high_flight_that_misfits": ("look_for_gross_errors_or_give_larger_ones",),
+    "contradicted_propagation": ("raise_m_g",),
+    "contradicted_budget": ("raise_m_g",),
+    "coverages_that_agree_too_well": ("look_for_copies_or_lower_m_g",),
+    "wrong_measuring_errors": ("look_for_gross_errors", "give_that_m_g"),
+    "image_points_worse_than_given": ("give_that_m_g_or_a_larger_one",),
+    "heavy_tails_of_image_points": (
+        "weigh_wrong_points_down",
+        "wrong_points_weigh_less",
+    ),
+    "settings_that_scatter": ("give_at_least_that_m_g",),
+    "scattered_points": ("set_again",),
+    "film_affinity": ("set_affine",),
+    "strained_network": ("check_network_or_adjust", "check_network"),
+    "broken_network": ("check_network_in_parts",),
+    "contradicting_control": ("look_for_wrong_control_or_raise_errors",),
+    "gross_measurements": ("measure_rejected_again",),
+    "suspect_observations": ("measure_again_or_snoop", "measure_again"),
+    "coverages_that_differ": ("measure_again_see_coverages",),
+    "points_that_differ": ("look_for_gross_errors_and_exchanged_names",),
+    "imprecise_points": ("measure_more_control_there",),
+    "models_with_large_m_0": ("look_at_residuals",),
+    "all_models_mirrored": ("exchange_axes_unless_left_handed",),
+    "mirrored_models": ("look_for_exchanged_names",),
+    "points_in_one_coverage": ("nothing_confirms_them",),
+    "points_in_one_model": ("nothing_confirms_them",),
+    "models_without_redundancy": ("gross_errors_cannot_be_seen",),
+    "no_check_points": ("give_check_points",),
+    "figure_left_out": ("give_standard_errors_of_control",),
+    "note_of_reading": ("read_what_was_done",),
+}
+# of findings whose remedies the summary words for each block
+FURTHER_REMEDIES = mark_each(
+    {
+        "see_each_reason": ("Each reason in the summary has a remedy of its own"),
+        "set_affine": ('Set transformation = "affine" for these flights'),
+        "read_what_was_done": (
+            "Read what was done, and change the file if it is wrong"
+        ),
+    }
+)

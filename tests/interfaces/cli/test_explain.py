@@ -1,0 +1,166 @@
+"""What ``explain`` knows: every value of a setting, every finding, no LaTeX."""
+
+import ast
+import inspect
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from einschalt.foundations.language import catalogue, written_in
+from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.finding_meanings import CAUSES, MEANINGS
+from einschalt.interfaces.cli.finding_tests import (
+    FURTHER_REMEDIES,
+    REMEDIES_OF,
+    TESTS,
+)
+from einschalt.interfaces.cli.setting_meanings import KEYS, VALUES
+from einschalt.interfaces.files import block_toml, camera_toml
+from einschalt.interfaces.files.glossary import entries
+from einschalt.pipeline.assessment import causes, findings
+from einschalt.pipeline.assessment.findings.kinds import KINDS
+from einschalt.pipeline.block.block import Flight
+from einschalt.pipeline.settings import TOLERANCES, Settings, words_of
+from einschalt.pipeline.summary.suggestions.catalogue import REMEDIES
+
+OF_FLIGHTS = ("transformation", "orientation_case", "orientation_method", "model_unit")
+PAIRS = [(name, value) for name, values in VALUES.items() for value in values]
+
+
+def allowed(name):
+    """Words that a key of block.toml may have, from what checks it."""
+    if name == "tolerance":
+        return set(TOLERANCES)
+    if name in Settings.model_fields:
+        return set(words_of(name))
+    if name == "convention":
+        return set(camera_toml.CONVENTIONS)
+    said = re.search(rf"^ *{name} : \{{(.*)\}}", inspect.getdoc(Flight), re.MULTILINE)
+    return set(re.findall(r'"(\w+)"', said[1]))
+
+
+def test_every_value_of_every_setting_has_a_meaning():
+    named = {name for name in Settings.model_fields if allowed(name)}
+    assert set(VALUES) == named | {*OF_FLIGHTS, "convention"}
+    assert set(OF_FLIGHTS) <= set(block_toml.FlightSection.model_fields)
+    for name, values in VALUES.items():
+        assert set(values) == allowed(name), name
+
+
+@pytest.mark.parametrize("name", [*Settings.model_fields, *KEYS])
+def test_every_setting_is_explained(name, invoke):
+    shown = invoke("explain", name)
+    assert shown.exit_code == 0
+    for value, meaning in VALUES.get(name, {}).items():
+        assert f"\n  {value}: {meaning}\n" in f"{shown.stdout}\n"
+    known = Settings.model_fields.get(name)
+    said = KEYS[name] if known is None else known.description
+    assert f"{name} (setting)\n  {said}\n" in shown.stdout
+
+
+@pytest.mark.parametrize(("name", "value"), PAIRS)
+def test_every_value_is_explained(name, value, invoke):
+    if value == "all":  # lists everything that is explained
+        assert f"\n  {name}: all, most_central\n" in invoke("explain", "all").stdout
+        return
+    shown = invoke("explain", value).stdout
+    assert f"{value} (value of {name})\n  {VALUES[name][value]}\n" in shown
+
+
+def test_values_are_explained_in_german():
+    known = catalogue("de")._catalog
+    texts = [text for values in VALUES.values() for text in values.values()]
+    assert not [text for text in (*texts, *KEYS.values()) if text not in known]
+
+
+@pytest.mark.parametrize(
+    ("word", "beginning"),
+    [
+        ("Outliers", "outliers (setting)"),
+        ("two-step", "Zweistufenverfahren"),
+        ("two_step", "Zweistufenverfahren"),
+        ("Helmert", "Ähnlichkeits-, Helmert-Transformation"),
+        ("Kovarik", "Kovarik (Methods and their authors)"),
+        ("Baarda", "Baarda (Methods and their authors)"),
+        ("huber", "robuste Schätzung"),
+    ],
+)
+def test_words_that_users_missed(word, beginning, invoke):
+    assert invoke("explain", word).stdout.startswith(beginning)
+
+
+def test_a_word_that_is_meant_is_one_that_is_explained(invoke):
+    """``Helmrt`` was told to be written 'helmert: a', which is no word."""
+    said = invoke("explain", "Helmrt").stderr
+    meant = re.search("Write '(.*)'", said)[1]
+    assert invoke("explain", meant).exit_code == 0
+    assert "helmert: a" not in {word for one in entries() for word in one.words}
+
+
+def test_no_term_is_printed_in_latex_or_markdown():
+    for one in entries():
+        assert not re.search(r"[$\\`{}^]", one.text), one.text
+    by_title = {one.title: one.text for one in entries()}
+    assert "m_0 = √2 s_0" in by_title["mittlerer Einheits-Einpassfehler"]
+    assert "dω_1 − dω_2" in by_title["Differenzkippung"]
+
+
+def test_json_names_the_kind_of_what_was_found(invoke):
+    figures = json.loads(invoke("explain", "tukey", "--json").stdout)["figures"]
+    assert set(figures) == {"term", "setting"}
+    assert figures["setting"].startswith("tukey (value of outliers)")
+
+
+@pytest.mark.parametrize("code", KINDS)
+def test_a_finding_has_meaning_cause_test_and_remedy(code, invoke):
+    shown = invoke("explain", code).stdout.splitlines()
+    shown = shown[shown.index(f"{code} (finding)") :]
+    assert shown[1:3] == [f"  {MEANINGS[code]}", shown[2]]
+    assert shown[3:5] == [f"  cause: {CAUSES[code]}", f"  tested: {TESTS[code]}"]
+    remedies = [line for line in shown if line.startswith("  remedy: ")]
+    assert len(remedies) == len(REMEDIES_OF[code]) > 0
+    for text in (MEANINGS[code], CAUSES[code], TESTS[code]):
+        assert len(text.split()) > 3
+        assert text.endswith(".")
+
+
+def test_tables_of_findings_are_whole():
+    for table in (MEANINGS, CAUSES, TESTS, REMEDIES_OF):
+        assert list(table) == list(KINDS)
+    named = {one for codes in REMEDIES_OF.values() for one in codes}
+    assert named - set(REMEDIES) == set(FURTHER_REMEDIES)
+    assert set(REMEDIES) - {""} <= named
+
+
+def test_german_of_findings_is_whole():
+    known = catalogue("de")._catalog
+    texts = [text for table in (MEANINGS, CAUSES, TESTS) for text in table.values()]
+    assert not [text for text in texts if text not in known]
+    with written_in("de"):
+        assert "Ursache: " in explained_finding("failed_models")
+
+
+def remedies_where_made():
+    """Remedies that a judge gives to a finding where it makes it, written out."""
+    folder = Path(findings.__file__).parent
+    found = {}
+    for path in (Path(causes.__file__), *folder.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call) or not node.args:
+                continue
+            code = getattr(node.args[0], "value", None)
+            said = [one.value for one in node.keywords if one.arg == "remedy"]
+            if code in KINDS and said:
+                words = [getattr(one, "value", "") for one in ast.walk(said[0])]
+                found[code] = {one for one in words if isinstance(one, str) and one}
+    return found
+
+
+def test_remedies_are_those_that_judges_give():
+    """What a table says is compared with sources here, and not when explain runs."""
+    made = remedies_where_made()
+    assert len(made) > 40
+    for code, remedies in made.items():
+        assert remedies & set(REMEDIES) <= set(REMEDIES_OF[code]), code
