@@ -21,7 +21,7 @@ from einschalt.foundations.language import (
     translated,
     written_in,
 )
-from einschalt.interfaces.cli.exits import IN_OTHER_LANGUAGES
+from einschalt.interfaces.cli.main import COMMANDS
 
 SOURCE = Path(language.__file__).parents[1]
 
@@ -327,7 +327,7 @@ def test_no_error_is_left_in_english(floor):
     assert not sorted(set(texts_of_errors(floor)) - german)
 
 
-@pytest.mark.parametrize("command", IN_OTHER_LANGUAGES)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_prints_a_sentence_that_is_not_translated(command):
     said = [
         text_of(node.args[0])

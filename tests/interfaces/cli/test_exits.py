@@ -1,5 +1,6 @@
 """How commands end."""
 
+import json
 import os
 import shutil
 import signal
@@ -16,6 +17,7 @@ from einschalt.foundations.interruptions import (
     uninterrupted,
 )
 from einschalt.interfaces.cli.exits import with_exit_status
+from einschalt.interfaces.cli.main import app
 
 
 @pytest.mark.parametrize(
@@ -99,6 +101,23 @@ def test_faults_of_the_program_keep_their_traceback():
 
     with pytest.raises(ZeroDivisionError):
         command()
+
+
+def test_a_fault_of_the_program_has_its_json_too(monkeypatch, capsys):
+    """Status 1 came with nothing on standard output, which programs cannot read."""
+
+    def spoilt(**_options):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("einschalt.interfaces.cli.work.explain.explain", spoilt)
+    with pytest.raises(ZeroDivisionError):
+        app(["explain", "Passpunkt", "--json"], prog_name="einschalt")
+    told = json.loads(capsys.readouterr().out)
+    assert (told["command"], told["status"]) == ("explain", 1)
+    (problem,) = told["problems"]
+    assert problem["found"] == "ZeroDivisionError: division by zero"
+    assert problem["expected"]
+    assert problem["remedy"]
 
 
 def test_commands_keep_their_name_and_help():

@@ -209,6 +209,10 @@ def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, in
     assert "are its coordinates exchanged" in " ".join(shown.stdout.split())
     assert (tmp_path / "plan" / "flight_plan.gpkg").exists()
     assert not (tmp_path / "plan" / "flight_plan.kml").exists()
+    told = invoke("plan", *options, "--area", area, *output, "--overwrite", "--json")
+    problems = json.loads(told.stdout)["problems"]
+    (left_out,) = [one for one in problems if "flight_plan.kml" in one["found"]]
+    assert left_out["found"].startswith("flight_plan.kml was left out: ")
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_search(

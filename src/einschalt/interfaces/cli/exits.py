@@ -30,6 +30,7 @@ from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 from einschalt.interfaces.cli.typed_options import as_typed, told_as_typed
 
+FAULT = 1  # of the program, which keeps its traceback, as Python has it
 UNREACHED = 1  # the work is done, and no plan reaches what was asked for
 WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
@@ -45,11 +46,6 @@ HABITS = {
 }
 # new objects less those that are gone; Python would look 70 times as often, for nothing
 RUBBISH_WORTH_A_LOOK = 50_000
-# commands whose output is not English alone; the others keep to one language
-IN_OTHER_LANGUAGES = (
-    *("densify", "demo", "batch", "check", "plan", "init", "explain", "simulate"),
-    *("completion", "export", "transform", "publish", "serve", "orient", "convert"),
-)
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
@@ -65,14 +61,13 @@ def with_exit_status(command):
     number; a fault of the program keeps its traceback. What is printed is in the
     language of ``--language``, or that of the whole command line.
     """
-    is_translated = command.__name__ in IN_OTHER_LANGUAGES
 
     @functools.wraps(command)
     def run(*args, **kwargs):
         verbose = kwargs.pop("verbose", False)
         kwargs.pop("json", None)  # heard before: see the group of commands
         spoken = kwargs.pop("language", None) or language()
-        with written_in(spoken if is_translated else "en"):
+        with written_in(spoken):
             end(args, kwargs, verbose=verbose)
 
     def end(args, kwargs, *, verbose):
@@ -122,15 +117,14 @@ def _with_habits(run, command):
         kind, annotation = inspect.Parameter.KEYWORD_ONLY, Annotated[bool, option]
         new = inspect.Parameter(name, kind, default=False, annotation=annotation)
         parameters.append(new)
-    if command.__name__ in IN_OTHER_LANGUAGES:
-        parameters.append(_language_option())
+    parameters.append(_language_option())
     run.__signature__ = inspect.Signature(parameters)
     run.__annotations__ = {one.name: one.annotation for one in parameters}
     return run
 
 
 def _language_option():
-    """The option ``--language`` of commands that know more than one."""
+    """The option ``--language`` of every command."""
     option = typer.Option(
         show_default="that of the locale", help="Language of output, reports and help."
     )

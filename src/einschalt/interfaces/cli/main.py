@@ -25,12 +25,13 @@ from einschalt.interfaces.cli.commands import (
     language_asked,
 )
 from einschalt.interfaces.cli.exits import (
+    FAULT,
     JSON,
     WRONG,
     open_closed_streams,
     print_error,
 )
-from einschalt.interfaces.cli.outcome import recorded, report_problems
+from einschalt.interfaces.cli.outcome import recorded, report_fault, report_problems
 
 COMPLETION = "_EINSCHALT_COMPLETE"
 # each with the first line of its help, so that the list imports none of them
@@ -98,6 +99,10 @@ class CommandsOnDemand(Group):
                     report_problems("the call is wrong; standard error says why")
                 if status or not HELP.intersection(words):
                     print(outcome.as_json(status), flush=True)
+                raise
+            except Exception as error:
+                report_fault(error)
+                print(outcome.as_json(FAULT), flush=True)
                 raise
 
     def get_command(self, _context, name):

@@ -82,6 +82,18 @@ def report_problems(*problems):
         ]
 
 
+def report_fault(error):
+    """Report an error that the program should not make."""
+    said = " ".join(str(error).split())
+    name = type(error).__name__
+    problem = {
+        "found": f"{name}: {said}" if said else name,
+        "expected": "no such error: it is a fault of the program",
+        "remedy": "Report it, with the traceback on standard error",
+    }
+    RUNNING[-1].problems.append(dict.fromkeys(FACTS) | problem)
+
+
 def _plain(value):
     """What JSON can hold: a number that is none becomes null."""
     if isinstance(value, dict):

@@ -5,6 +5,7 @@ from einschalt.foundations.language import mark, translated
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import number, wrapped
 from einschalt.interfaces.cli.exits import print_error
+from einschalt.interfaces.cli.outcome import report_problems
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
     choices_of,
@@ -140,3 +141,5 @@ def _write_maps(plan, folder):
         left_out = mark("{file} was left out: {reason}")
         said = translated(left_out, file=flight_plan_kml.FILE, reason=told(error))
         print_error(f"einschalt: {said}")
+        found = f"{flight_plan_kml.FILE} was left out: {error.found}"
+        report_problems(error.with_facts(found=found))
