@@ -319,7 +319,7 @@ def _missing_column(name, names, schema, source, header):
         return TableError(
             f"column '{name}' is missing; '{other[0]}' is in {other[1]}",
             expected=unit,
-            remedy="Give it in that unit, or correct its name if that is wrong",
+            remedy=f"Give it in {unit}, or correct its name if that is wrong",
             file=source,
             row=header,
         )

@@ -8,6 +8,7 @@ import sys
 
 import pandas as pd
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli import lengths
@@ -161,7 +162,8 @@ def test_numbers_have_decimal_commas_too(invoke):
 
 
 @pytest.mark.parametrize(
-    "text", ["7,5", "7,5um", "10,5", "5,5", "12,5 µm", "300,50", "3,05", "0,125"]
+    "text",
+    ["7,5", "7,5um", "10,5", "5,5", "12,5 µm", "300,50", "3,05", "0,125", "2,5", "5,8"],
 )
 def test_two_numbers_that_may_be_one_are_refused(text, invoke):
     point, both = text.replace(",", "."), text.replace(",", ";")
@@ -179,12 +181,47 @@ def test_two_numbers_that_may_be_one_are_refused(text, invoke):
         *[("200,300", "200,300"), ("5,10", "5,10"), ("8000,10000", "8000,10000")],
         *[("10,5,3", "10,5,3"), ("10m,5m", "10,5"), ("10.0,5", "10.0,5")],
         *[("10, 5", "10,5"), ("10;5", "10,5"), ("7,5;10,5", "7.5,10.5")],
-        *[("7.5", "7.5"), ("300,250", "300,250"), ("2,3cm", "0.02,0.03")],
+        *[("7.5", "7.5"), ("300,250", "300,250"), ("20,30cm", "0.2,0.3")],
     ],
 )
 def test_lists_stay_lists(text, meant):
     given = lengths.with_numbers(["--spacing", text], {"--spacing": ("m", False)})
     assert given == ["--spacing", meant]
+
+
+def test_lists_of_whole_numbers_have_no_decimals():
+    plan = typer.main.get_command(app).get_command(None, "plan")
+    words = ["--n-settings", "2,1", "--n-coverages", "1,2", "--control-per-model=5,9"]
+    context = plan.make_context("plan", list(words))
+    given = [context.params[name] for name in sorted(lengths.WHOLE_NUMBERS)]
+    assert given == [["5,9"], ["1,2"], ["2,1"]]
+    with pytest.raises(Exception, match="'2,5' may be two numbers or one"):
+        plan.make_context("plan", ["--high-over-low", "2,5"])
+
+
+IN_HELP = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]|\b(0 to 1)\b")
+
+
+def test_units_of_options_are_those_of_their_help():
+    """Read from help, ``--terrain 2024heights`` was taken for a length."""
+    group = typer.main.get_command(app)
+    seen = set()
+    for command in COMMANDS:
+        for option in group.get_command(None, command).params:
+            said = IN_HELP.search(getattr(option, "help", None) or "")
+            unit = said and (said[1] or said[2] or "m")
+            if "Path" in str(option.type_descriptor.annotation):
+                assert option.name not in lengths.UNITS
+            elif said or option.name in lengths.UNITS:
+                seen.add(option.name)
+                of_low_flight = "The same for the low" in (option.help or "")
+                assert of_low_flight or lengths.UNITS.get(option.name) == unit
+    assert seen == set(lengths.UNITS)
+
+
+def test_a_name_of_a_file_is_no_length(invoke):
+    shown = invoke("plan", "--terrain", "2024heights").stderr
+    assert shown.startswith("einschalt: 2024heights: ")
 
 
 def test_options_that_take_no_list_offer_none(invoke, block_folder, tmp_path):

@@ -296,3 +296,36 @@ def test_why_a_file_is_refused_is_told_and_not_its_kind(invoke, tmp_path):
     pd.DataFrame({"a": [1.0]}).to_parquet(path)
     refused = invoke("init", new, "--from", path, "--yes")
     assert "P.parquet: holds no table that a block could have" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--high-scale", "-15000", "100 to 200000 (the denominator)"),
+        ("--low-scale", "0", "100 to 200000 (the denominator)"),
+        ("--high-m-g-um", "0.0000075", "0.1 to 1000 (micrometres in the image)"),
+        ("--principal-distance-mm", "0.153", "1 to 5000 (millimetres)"),
+        ("--control-error-m", "-0.03", "a number above 0, at most 10 metres"),
+    ],
+)
+def test_impossible_numbers_are_refused_and_nothing_is_written(
+    option, value, expected, invoke, export, tmp_path
+):
+    """They were written into block.toml, and only then refused."""
+    new = tmp_path / "new"
+    refused = invoke("init", new, *files_of(export), "--yes", f"{option}={value}")
+    assert refused.exit_code == 2
+    assert f"{option} = {float(value):g}; expected {expected}." in refused.stderr
+    assert not new.exists()
+
+
+@pytest.mark.parametrize("unit", ["km", "cm", "ft"])
+def test_coordinates_in_another_unit_are_told(unit, invoke, tmp_path):
+    table = tmp_path / "control.csv"
+    table.write_text(f"Nr;Rechtswert [{unit}];Hochwert [{unit}]\n1;13,0025;322,5\n")
+    for words in (("init", tmp_path / "new", "--from", table), ("convert", table)):
+        out = () if words[0] == "init" else (tmp_path / "out.csv",)
+        refused = invoke(*words, *out)
+        assert refused.exit_code == 2
+        said = f"column 'easting' is missing; 'Rechtswert [{unit}]' is in {unit}; "
+        assert f"{said}expected metres. Give it in metres, or" in refused.stderr

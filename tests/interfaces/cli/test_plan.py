@@ -321,6 +321,8 @@ def test_prices_have_decimal_commas_too(prices):
         "control point=30, pointing=0.2, image=4, model=5",
         "control points=30; pointings at a point=0.2; photographs=4; models=5",
         "Passpunkt=30, Einstellung=0,2, Bild=4, Modell=5",
+        "Passpunkte=30, Einstellungen=0,2, Bilder=4, Modelle=5",
+        "Passpunkte=30, Einstellungen eines Punktes=0,2, Aufnahmen=4, Modelle=5",
         "control_point=30,setting=0.2,image=4,model=5",
     ],
 )

@@ -20,7 +20,7 @@ from einschalt.foundations.language import (
 )
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.told_errors import told
-from einschalt.interfaces.cli.lengths import unit_of, with_numbers
+from einschalt.interfaces.cli.lengths import UNITS, WHOLE_NUMBERS, with_numbers
 from einschalt.interfaces.cli.outcome import report_problems
 from einschalt.interfaces.cli.typed_options import remember_typed
 from einschalt.interfaces.cli.wrong_calls import UsageError, fault_of
@@ -177,8 +177,8 @@ class Command(TyperCommand):
         options = {}
         for option in self.params:
             is_one = IS_ONE.get(option.type_descriptor.annotation)
-            unit = unit_of(getattr(option, "help", None))
-            if is_one or unit:
+            unit = UNITS.get(option.name)
+            if option.name not in WHOLE_NUMBERS and (is_one is not None or unit):
                 options |= dict.fromkeys(option.opts, (unit, is_one))
         remember_typed(self.params, args)
         with told_call_errors(ctx):

@@ -17,9 +17,25 @@ METRES = {
     "mm": 1e-3,
     **dict.fromkeys(("um", "µm", "μm"), 1e-6),
 }
-# what the help of an option says of its unit
-MARK = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]|\b(0 to 1)\b")
 SHARE = "0 to 1"  # which may be given as 60%
+# units of options by the names of their arguments, which no two commands take
+# otherwise; a test compares them with what help says
+OPTIONS = {
+    "m": (
+        *("spacing", "point_spacing", "m_0", "target", "control_standard_error"),
+        *("max_height", "width", "height", "network_strain", "cell", "tolerance"),
+        *("crs_accuracy_m", "control_error_m", "flying_height", "altitude"),
+    ),
+    "mm": (
+        *("image_format", "principal_distance", "principal_distance_mm", "base"),
+        "wing",
+    ),
+    "µm": ("m_g_um", "high_m_g_um", "low_m_g_um", "gross_error_um"),
+    SHARE: ("forward_overlap", "side_overlap"),
+}
+UNITS = {name: unit for unit, names in OPTIONS.items() for name in names}
+# lists of whole numbers, in which no comma can be a decimal one
+WHOLE_NUMBERS = {"n_settings", "n_coverages", "control_per_model"}
 PER_CENT = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*%")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PIECE = re.compile(rf"({NUMBER})\s*({'|'.join(METRES)})?(?![^\s,:x×])")
@@ -33,16 +49,6 @@ OTHER_UNIT = re.compile(rf"{NUMBER}\s*[A-Za-zµμ'\"]+")
 TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
 
-def unit_of(help_text):
-    """Unit in which an option takes a length, or 0 to 1; by its help, None of others.
-
-    >>> unit_of("Side of the image [mm], or its sides."), unit_of("Of images, 0 to 1.")
-    ('mm', '0 to 1')
-    """
-    found = MARK.search(help_text or "")
-    return found and (found[1] or found[2] or "m")
-
-
 def in_unit(text, unit):
     """The same lengths without units, in the unit of the option.
 
@@ -51,8 +57,8 @@ def in_unit(text, unit):
 
     >>> in_unit("5cm", "m"), in_unit("200,300 m", "m"), in_unit("68x105.8", "mm")
     ('0.05', '200,300', '68x105.8')
-    >>> in_unit("2,3cm", "m"), in_unit("vermv_2016", "m")
-    ('0.02,0.03', 'vermv_2016')
+    >>> in_unit("20,30cm", "m"), in_unit("vermv_2016", "m")
+    ('0.2,0.3', 'vermv_2016')
     """
     if OTHER_UNIT.fullmatch(text.strip()) and not PIECE.fullmatch(text.strip()):
         raise WrongValueError(
@@ -107,18 +113,18 @@ def with_decimal_points(text, *, is_one):
 
 
 def _may_be_one(text):
-    """Whether a list of two may be meant as one number: "7,5" may, "200,300" cannot.
+    """Whether a list of two may be meant as one number: "2,5" may, "200,300" cannot.
 
-    Lists rise, as a rule, and hold no 0 and no 05.
+    Lists rise, as a rule, and hold no 0 and no 05; one digit is a decimal as often.
     """
     found = COMMA_OR_LIST.fullmatch(text.strip())
     if found is None:
         return False
     whole, decimals = found.groups()
-    is_short = len(decimals) <= 2
+    is_short, is_digit = len(decimals) <= 2, len(decimals) == 1
     starts_with_0 = decimals.startswith("0") and len(decimals) > 1
     falls = int(decimals) <= int(whole)
-    return int(whole) == 0 or starts_with_0 or (is_short and falls)
+    return int(whole) == 0 or starts_with_0 or is_digit or (is_short and falls)
 
 
 def _refuse_thousands(text):

@@ -45,10 +45,17 @@ AS_PRINTED = {
     "pointing": "setting",
     "pointing at a point": "setting",
     "control point": "control_point",
-    "bild": "image",
-    "modell": "model",
-    "einstellung": "setting",
-    "passpunkt": "control_point",
+    # as answers in German do
+    **dict.fromkeys(("bild", "bilder", "aufnahme", "aufnahmen"), "image"),
+    **dict.fromkeys(("modell", "modelle"), "model"),
+    **dict.fromkeys(
+        (
+            *("einstellung", "einstellungen", "einstellung eines punktes"),
+            "einstellungen eines punktes",
+        ),
+        "setting",
+    ),
+    **dict.fromkeys(("passpunkt", "passpunkte"), "control_point"),
 }
 BEFORE_A_NAME = re.compile(r"[,;](?=[^,;]*=)")
 CENTS = re.compile(r"^([+-]?\d+),(\d{1,2})$")

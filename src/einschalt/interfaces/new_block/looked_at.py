@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.column_words import PLANE, in_other_unit
 from einschalt.foundations.errors import (
     EinschaltError,
     FileError,
@@ -282,6 +283,7 @@ def _table(file, said):
         refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
     if refused:
         raise refused[0]
+    _refuse_other_unit(file, said)
     _refuse_degrees(file, said)
     raise FileError(
         "holds no table that a block could have",
@@ -290,6 +292,17 @@ def _table(file, said):
         remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
         file=file.source,
     )
+
+
+def _refuse_other_unit(file, said):
+    """Refuse ground points in another unit than metres, as Rechtswert [km]."""
+    schema = KINDS["ground"]
+    try:
+        frame = understand_table(file, schema, said, source=file.source).frame
+    except EinschaltError:  # another kind of table: that is said
+        return
+    if any(in_other_unit(list(frame), schema, name) for name in PLANE):
+        raise_problems(tables.check_table(frame, schema, source=file.source).problems)
 
 
 def _refuse_degrees(file, said):

@@ -11,6 +11,7 @@ from einschalt.foundations.errors import (
     OutputError,
     SettingsError,
     TableError,
+    raise_problems,
 )
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, translated
@@ -19,6 +20,7 @@ from einschalt.foundations.projections import read_crs
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
+from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
@@ -32,6 +34,7 @@ from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import answered, propose
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
+from einschalt.pipeline.block.facts import RANGES
 
 PLACES = {
     "crs": ("block", "crs"),
@@ -48,6 +51,7 @@ ANSWERS = {
     ),
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
+LARGEST_CONTROL_ERROR = 10.0  # metres
 ASSUMED = "assumed, since no file tells: correct it"
 
 
@@ -67,6 +71,7 @@ def init(
         return
     if options["crs"] is not None:
         read_crs(options["crs"])
+    raise_problems(_impossible(options))
     columns = {"easting": easting, "northing": northing}
     columns = {key: column for key, column in columns.items() if column is not None}
     said = Said(columns, decimal=options.pop("decimal"), crs=options["crs"])
@@ -82,6 +87,26 @@ def init(
     write_text(make_folder(folder) / BLOCK_FILE, f"{head}{text}")
     _write_schema(folder, schema)
     _check(folder)
+
+
+def _impossible(options):
+    """Numbers that no block can have, told before anything is read or written."""
+    keys = {name: key for name, (_, key) in PLACES.items() if key != "crs"}
+    keys["principal_distance_mm"] = "principal_distance_mm"
+    found = {name: _fault(key, options[name]) for name, key in keys.items()}
+    return [
+        SettingsError(f"{option_of(name)} = {options[name]:g}", expected=expected)
+        for name, expected in found.items()
+        if expected and options[name] is not None
+    ]
+
+
+def _fault(key, value):
+    """What is expected of the number of a key; empty where the number is possible."""
+    if key in RANGES:
+        return "" if value in RANGES[key] else str(RANGES[key])
+    is_possible = value is not None and 0.0 < value <= LARGEST_CONTROL_ERROR
+    return "" if is_possible else "a number above 0, at most 10 metres"
 
 
 def _write_schema(folder, is_asked):
@@ -223,9 +248,10 @@ def _asked(question):
         if not said and question.may_be_left_out:
             return None
         if question.key != "crs":
-            if is_number(said) and float(said) > 0.0:
+            expected = _fault(question.key, float(said) if is_number(said) else None)
+            if not expected:
                 return float(said)
-            print_out(translated("A number above 0 is expected."))
+            print_out(told(SettingsError(repr(said), expected=expected)))
             continue
         try:
             read_crs(said)
