@@ -259,7 +259,11 @@ REMEDIES_OF = {
     "contradicted_propagation": ("raise_m_g",),
     "contradicted_budget": ("raise_m_g",),
     "coverages_that_agree_too_well": ("look_for_copies_or_lower_m_g",),
-    "wrong_measuring_errors": ("look_for_gross_errors", "give_that_m_g"),
+    "wrong_measuring_errors": (
+        "look_for_gross_errors",
+        "check_scale_and_independence",
+        "give_that_m_g",
+    ),
     "image_points_worse_than_given": ("give_that_m_g_or_a_larger_one",),
     "heavy_tails_of_image_points": (
         "weigh_wrong_points_down",
