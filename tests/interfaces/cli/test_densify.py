@@ -1,5 +1,6 @@
 """``einschalt densify``."""
 
+import json
 import os
 import re
 import shutil
@@ -12,7 +13,9 @@ import pandas as pd
 import pyogrio
 import pytest
 
+from einschalt.interfaces.files.block_writing import write_block
 from einschalt.pipeline.settings import Settings, words_of
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 
 pytestmark = pytest.mark.usefixtures("computed_once")
 
@@ -284,3 +287,16 @@ def test_strict_ends_with_3_where_the_claim_does_not_stand(
     assert again.exit_code == 0
     sound = invoke("densify", block_folder, "-o", tmp_path / "b", "--strict", "--quiet")
     assert sound.exit_code == 0
+
+
+def test_what_is_found_is_in_the_object(invoke, faulty_result, tmp_path):
+    write_block(faulty_result.block, tmp_path / "block")
+    words = ("densify", tmp_path / "block", "--output", tmp_path / "out", "--json")
+    shown = invoke(*words)
+    assert shown.exit_code == 0
+    problems = json.loads(shown.stdout)["problems"]
+    told = suggestions_of(faulty_result.assessment.findings)
+    assert len(problems) == len(told) > 2
+    for problem, suggestion in zip(problems, told, strict=True):
+        assert problem["found"].startswith(suggestion.problem)
+        assert problem["remedy"] == (suggestion.remedy or None)

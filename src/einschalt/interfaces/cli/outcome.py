@@ -2,9 +2,10 @@
 
     {"command": "check", "status": 0, "problems": [], "paths": [], "figures": {…}}
 
-``status`` is the exit status, ``problems`` what went wrong (found, expected, remedy,
-file, row, point, model; what is not known is null), ``paths`` what was written, and
-``figures`` the headline figures: metres and numbers by name.
+``status`` is the exit status, ``problems`` what went wrong, or was found in a result
+(found, expected, remedy, file, row, point, model; what is not known is null),
+``paths`` what was written, and ``figures`` the headline figures: metres and numbers by
+name.
 """
 
 import json
@@ -79,6 +80,17 @@ def report_problems(*problems):
             | ({} if hasattr(one, "found") else {"found": str(one)})
             for problem in problems
             for one in getattr(problem, "problems", (problem,))
+        ]
+
+
+def report_suggestions(suggestions):
+    """Report what was found in a result, whose work is done: problems with remedies."""
+    if RUNNING:
+        RUNNING[-1].problems += [
+            dict.fromkeys(FACTS)
+            | {"found": "; ".join((one.problem, *one.details))}
+            | {"remedy": one.remedy or None}
+            for one in suggestions
         ]
 
 

@@ -6,7 +6,7 @@ from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
-from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.outcome import report, report_suggestions
 from einschalt.interfaces.cli.progress import of_whole_work, stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
@@ -17,6 +17,7 @@ from einschalt.interfaces.files.result_folder import (
 )
 from einschalt.interfaces.provenance import figures_of
 from einschalt.pipeline.progress import Stage, stage_reporter
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 
 UNTESTED = mark("einschalt: the stated precision is not tested: give check points.")
 
@@ -54,6 +55,7 @@ def densify(
             write_result(result, output, **options, beside=True)
         show(Stage.DONE, Stage.DONE.fraction)
     report(output, block=read.name, **figures_of(result))
+    report_suggestions(suggestions_of(result.assessment.findings))
     if not quiet:
         print_out(result.summary())
         if no_report:
