@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.planning.area import ground_heights
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 
@@ -109,3 +110,30 @@ def test_places_that_stand_twice_are_as_far_apart_as_they_are():
     np.testing.assert_allclose(
         twice.straight_below(middle), once.straight_below(middle)
     )
+
+
+NOTCHED = FlightArea(
+    shapely.box(0.0, 0.0, 4000.0, 4000.0) - shapely.box(2000.0, 2000.0, 4000.0, 4000.0)
+)
+
+
+@pytest.mark.parametrize("most_kept", [250_000, 1000])
+def test_heights_in_a_notch_of_an_area_do_not_count(most_kept, monkeypatch):
+    """But for what lies straight below a camera, and at the border."""
+    monkeypatch.setattr(ground_heights, "MOST_KEPT", most_kept)
+    x, y = (a.ravel() for a in np.meshgrid(*(np.arange(-1000.0, 5001.0, 50.0),) * 2))
+    hill = 1500.0 * np.exp(-(np.hypot(x - 3200.0, y - 3200.0) ** 2) / (2 * 300.0**2))
+    heights = GroundHeights(np.column_stack([x, y]), 400.0 + hill, "dem.xyz")
+    over = heights.over(NOTCHED)
+    peak = np.array([[3200.0, 3200.0]])
+    assert over.range[0] == pytest.approx(400.0, abs=0.1)
+    assert over.range[1] < 402.0
+    assert over.highest_around(peak, 1500.0)[0] < 402.0
+    assert over.mean_around(peak, 1500.0)[0] < 402.0
+    assert over.straight_below(peak)[0] > 1600.0
+    assert not NOTCHED.holds(NOTCHED.to_local(over.beside.plane)).any()
+    on_border = np.array([[2000.0, 2375.0], [2625.0, 2000.0]])
+    expected = 400.0 + 1500.0 * np.exp(
+        -(np.hypot(*(on_border - 3200.0).T) ** 2) / (2 * 300.0**2)
+    )
+    assert over.straight_below(on_border) == pytest.approx(expected, abs=1.0)

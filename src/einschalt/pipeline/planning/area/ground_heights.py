@@ -1,6 +1,6 @@
 """Heights of the terrain below a planned flight."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from einschalt.foundations.typesetting import number
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
-MARGIN = 0.15  # of the area's extent, in which heights beside it are kept
+MARGIN = 0.15  # of the extent of an area: as far beside it heights are kept
 MOST_KEPT = 250_000
 MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
@@ -20,7 +20,7 @@ FLATTEST = 1e-6  # extent of places across over along a line: less is a line
 
 @dataclass(frozen=True, eq=False)
 class GroundHeights:
-    """Places with a height: a grid, or points."""
+    """Places with a height: a grid, or points; in an area, or anywhere."""
 
     plane: np.ndarray  # (n, 2): easting, northing [m]
     height: np.ndarray  # (n,): NaN where the file says that there is none [m]
@@ -28,9 +28,12 @@ class GroundHeights:
     # (n, 2): lowest and highest of those that each height is the mean of; None where
     # every height stands for itself [m]
     extremes: np.ndarray | None = None
+    # those near an area: cameras fly over them as well, and heights at its border are
+    # interpolated with them; they count for nothing else
+    beside: "GroundHeights | None" = None
 
     def over(self, area) -> "GroundHeights":
-        """Return what lies in an area; a sentence where something is missing there.
+        """Return what lies in an area, and beside it what lies near.
 
         GeometryError where no height lies in it, cells have none, or a height is none
         of the Earth's.
@@ -56,15 +59,20 @@ class GroundHeights:
                 remedy="Fill the gaps, as QGIS does with 'Fill nodata'",
             )
         self._require_land(self.height[is_in])
-        # those beside it as well, where they are sound: cameras look there, too
+        # those beside it only where they are sound
         is_sound = (self.height >= LOWEST) & (self.height <= HIGHEST)
-        kept = np.flatnonzero(is_in | (is_near & is_sound))
-        near = GroundHeights(self.plane[kept], self.height[kept], self.source)
-        if len(kept) <= MOST_KEPT:
-            return near
-        sides = np.ptp(near.plane, axis=0)
-        least = sides.max() / MOST_KEPT  # where they lie in one line
-        return near.in_cells(max(float(np.sqrt(sides.prod() / MOST_KEPT)), least))
+        is_beside = is_near & is_sound & ~is_in
+        held, beside = (
+            GroundHeights(self.plane[rows], self.height[rows], self.source)
+            for rows in (is_in, is_beside)
+        )
+        if is_in.sum() + is_beside.sum() > MOST_KEPT:
+            sides = np.ptp(self.plane[is_in | is_beside], axis=0)
+            least = sides.max() / MOST_KEPT  # where they lie in one line
+            side = max(float(np.sqrt(sides.prod() / MOST_KEPT)), least)
+            held = held.in_cells(side)
+            beside = beside.in_cells(side) if is_beside.any() else beside
+        return replace(held, beside=beside if is_beside.any() else None)
 
     def in_cells(self, side) -> "GroundHeights":
         """Return one place for each square of a lattice, ``side`` [m] wide.
@@ -157,9 +165,27 @@ class GroundHeights:
     def straight_below(self, ground):
         """Height at places (n, 2), interpolated linearly; the nearest where none lie.
 
-        Of cells the lowest: that is from where a height above ground is measured.
+        Of cells the lowest: that is from where a height above ground is measured. Here
+        heights beside an area count as well.
         """
-        ground = np.asarray(ground, dtype=float)
+        return self._anywhere.lowest_at(np.asarray(ground, dtype=float))
+
+    @cached_property
+    def _anywhere(self):
+        """All heights together, those beside an area as well."""
+        if self.beside is None:
+            return self
+        parts = self, self.beside
+        plane, height, extremes = (
+            np.concatenate(part)
+            for part in zip(
+                *((p.plane, p.height, p._extremes) for p in parts), strict=True
+            )
+        )
+        return GroundHeights(plane, height, self.source, extremes)
+
+    def lowest_at(self, ground):
+        """Height at places (n, 2) by these heights alone, of cells the lowest [m]."""
         nearest = self._extremes[self._tree.query(ground)[1], 0]
         if self._surface is None:
             return nearest
