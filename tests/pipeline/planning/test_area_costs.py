@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
 from einschalt.pipeline.planning.area.layout import lay_out
@@ -42,7 +42,7 @@ def test_the_estimate_is_what_layouts_over_the_area_take(area):
     layouts = ["scale_number", "high_scale_number", "control_per_model", "n_coverages"]
     ratios = []
     for _, plan in found.drop_duplicates(layouts).head(8).iterrows():
-        design = recommended.design_over(area, design_of(plan, frame), np.inf)
+        design = tried_layouts.design_over(area, design_of(plan, frame), np.inf)
         flown = flight_plan(lay_out(area, design), plan, frame)
         of_item = flown.effort.set_index("item")["amount"] / area.square_km
         costs = plan["cost"], flown.cost / area.square_km
@@ -133,7 +133,7 @@ def test_what_is_advised_for_a_corridor_can_be_planned():
 
 def test_large_areas_are_planned_with_the_spacing_that_is_asked_for(monkeypatch):
     """Fewer points stand for all of them; effort and words are those of all."""
-    monkeypatch.setattr(recommended, "MOST_POINTS", 1500)
+    monkeypatch.setattr(tried_layouts, "MOST_POINTS", 1500)
     area = FlightArea(shapely.box(0.0, 0.0, 14_000.0, 9000.0))
     choices = replace(CHOICES, scale_number=(8100,), n_coverages=(2,))
     found, frame = recommended.search_over(TARGET, area, choices, PlanFrame())

@@ -8,7 +8,7 @@ import shapely
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError
-from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan, require_overlap
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
@@ -55,7 +55,7 @@ def laid_out():
     found, frame = recommended.search_over(0.05, AREA, CHOICES, FRAME)
     plan = found.plans.iloc[0]
     layout = lay_out(
-        AREA, recommended.design_over(AREA, design_of(plan, frame), np.inf)
+        AREA, tried_layouts.design_over(AREA, design_of(plan, frame), np.inf)
     )
     return layout, plan, frame
 
@@ -135,24 +135,25 @@ def test_what_is_lowered_counts_as_lost_overlap():
     heights = heights_of(cut)
     free = replace(frame, max_height=None)
     flown = flight_plan(layout, plan, free, heights, follows=True)
-    assert "overlaps left" in require_overlap(flown, plan, layout, heights)
+    assert "overlaps left" in require_overlap(flown.photographs, plan, layout, heights)
     flown = flight_plan(layout, plan, frame, heights, follows=True)
     with pytest.raises(GeometryError, match="max-height leaves no room"):
-        require_overlap(flown, plan, layout, heights)
+        require_overlap(flown.photographs, plan, layout, heights)
 
 
 def test_photographs_follow_the_ground_where_heights_are_limited(tmp_path):
+    choices = replace(CHOICES, spacing=(12.0,))
     file = tmp_path / "ground.xyz"
     east, north = np.meshgrid(np.arange(-100, 701, 10.0), np.arange(-100, 501, 10.0))
     table = np.column_stack([east.ravel(), north.ravel(), slope(east, north).ravel()])
     np.savetxt(file, table, "%.3f")
-    found = es.plan_area(0.05, AREA.shape, CHOICES, FRAME, ground_heights=file)
+    found = es.plan_area(0.05, AREA.shape, choices, FRAME, ground_heights=file)
     photographs = found.flown.photographs
     assert photographs["height_above_nadir"].max() <= LIMIT + 1e-6
     high = photographs[photographs["flight"] == "high_flight"]
     assert (high.groupby("line_id")["altitude"].std() > 5.0).all()
     fixed = es.plan_area(
-        0.05, AREA.shape, CHOICES, FRAME, ground_heights=file, follows_terrain=False
+        0.05, AREA.shape, choices, FRAME, ground_heights=file, follows_terrain=False
     )
     assert fixed.flown.photographs["height_above_nadir"].max() <= LIMIT + 1e-6
     assert "none is more than 120 m above the ground" in " ".join(fixed.notes)

@@ -10,7 +10,7 @@ import shapely
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.advice.points_in_models import downwards
-from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import MOST_MODELS, models_over
@@ -144,7 +144,7 @@ LITTLE_LEFT = PlanChoices(
 def test_a_plan_of_control_alone_is_not_recommended(is_part, monkeypatch):
     """The estimate has 49.8 % of the points as control, the layout 55 %."""
     if is_part:
-        monkeypatch.setattr(recommended, "FEWEST_IN_A_MODEL", 1e9)
+        monkeypatch.setattr(tried_layouts, "FEWEST_IN_A_MODEL", 1e9)
     area = FlightArea(shapely.box(0.0, 0.0, 600.0, 500.0))
     found, frame = recommended.search_over(0.05, area, LITTLE_LEFT, OF_UAV)
     with pytest.raises(GeometryError, match="are 55 % of all points") as caught:
@@ -230,7 +230,7 @@ def hill():
 def test_a_plan_is_found_over_a_hill(is_part, hill, monkeypatch):
     """Whether precisions are propagated on the whole area or on a part of it."""
     if is_part:
-        monkeypatch.setattr(recommended, "FEWEST_IN_A_MODEL", 1e9)
+        monkeypatch.setattr(tried_layouts, "FEWEST_IN_A_MODEL", 1e9)
     area, heights = hill
     scales = (11_000, 13_000) if is_part else tuple(range(5000, 15_001, 1000))
     choices = PlanChoices(

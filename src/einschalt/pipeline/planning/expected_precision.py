@@ -247,7 +247,8 @@ def _plane_flight(scene, flight, stands_for):
     kind, xy = scene.geometry.transformation_kind, scene.plane_measured(flight)
     m_g_um = scene.stated_m_g_um(height)
     rows = layout.model, layout.point, xy
-    return PlaneFlight(kind, layout.scale_number, m_g_um, *rows, stands_for)
+    given = kind, layout.scale_number, m_g_um, *rows, stands_for
+    return PlaneFlight(*given, scene.to_measure(flight).enlarged)
 
 
 def _control_of(scene):

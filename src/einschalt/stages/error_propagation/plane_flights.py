@@ -62,6 +62,9 @@ class PlaneFlight:
     # points that each one stands for, but for control: models of another flight that
     # are fitted on it are fitted on so many, and its error is that of their mean
     stands_for: float = 1.0
+    # how much larger errors are in the model than in the image, (n_rows,): by the depth
+    # of a point below the cameras, over that of the scale
+    enlarged: np.ndarray | float = 1.0
 
     @property
     def n_models(self):
@@ -72,7 +75,8 @@ class PlaneFlight:
     def ground_error(self):
         """Error of each measured coordinate on the ground [m], (n_rows,)."""
         m_g_um = np.full(len(self.model), self.m_g_um)
-        return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
+        on_ground = m_g_um * METRES_PER_UM * self.scale_number * self.enlarged
+        return on_ground / SQRT2
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,14 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.area.layout import FLIGHTS, AreaLayout
+from einschalt.pipeline.planning.area.photographs import (
+    photographs_of,
+    reach_of,
+    stations,
+)
 
-LETTER = {"high_flight": "H", "low_flight": "L"}
-WHOLE = 1e-9
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
-PARTS_OF_SPACING = 0.5
-"""Of the heights of the ground: of a drop between them half a step may be missed."""
-FINEST = 1.0  # m: heights that stand closer tell no more of what lies below
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,124 +53,11 @@ def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False)
     below a camera, at a photograph or on the straight way to the next one, is so low
     that the limit of the frame would not be kept, photographs or lines fly lower.
     """
-    photographs = pd.concat(
-        [_photographs(layout, flight) for flight in FLIGHTS], ignore_index=True
-    )
-    photographs = _flown(photographs, plan, layout, heights, follows=follows)
-    photographs = _within_limit(photographs, frame.max_height, heights, follows=follows)
+    given = layout, heights, frame.max_height
+    photographs = photographs_of(*given, follows=follows)
     lines = _lines(photographs, plan)
     control = _control(layout, frame, heights)
     return FlightPlan(lines, photographs, control, effort(layout, plan, frame))
-
-
-def _stations(flown, coverage):
-    """Strip, and place in it, of the photographs of a coverage, line by line."""
-    n_along, _ = flown.rasters[coverage].shape
-    strip, place = np.divmod(flown.place[flown.coverage == coverage], n_along)
-    # a model is made by the photograph at its place and the next
-    both = np.concatenate(
-        [np.column_stack([strip, place]), np.column_stack([strip, place + 1])]
-    )
-    return np.unique(both, axis=0).T
-
-
-def _photographs(layout, flight):
-    """Photographs of all models that are flown, line by line."""
-    flown, tables = layout.flights[flight], []
-    letter = LETTER[flight]
-    for k, raster in enumerate(flown.rasters):
-        strip, place = _stations(flown, k)
-        n_along, _ = raster.shape
-        centres = raster.images().centres()[strip * (n_along + 1) + place]
-        is_new = np.ones(len(strip), dtype=bool)
-        is_new[1:] = (np.diff(strip) != 0) | (np.diff(place) != 1)
-        line = np.cumsum(is_new)
-        ground = layout.area.to_ground(centres)
-        tables.append(
-            pd.DataFrame(
-                {
-                    "line_id": [f"{letter}{k + 1}-{one:02d}" for one in line],
-                    "flight": flight,
-                    "coverage": str(k + 1),
-                    "easting": ground[:, 0],
-                    "northing": ground[:, 1],
-                    "azimuth": layout.area.azimuth,
-                }
-            )
-        )
-    table = pd.concat(tables, ignore_index=True)
-    n_before = table.groupby("line_id", sort=False).cumcount() + 1
-    photo_id = table["line_id"] + "-" + n_before.astype(str).str.zfill(3)
-    table.insert(0, "photo_id", photo_id)
-    return table
-
-
-def _flown(photographs, plan, layout, heights, *, follows):
-    """Join heights above ground, of the ground and of the cameras [m]."""
-    is_high = photographs["flight"] == "high_flight"
-    above = np.where(is_high, plan["high_flying_height"], plan["flying_height"])
-    ground = np.full(len(photographs), np.nan)
-    if heights is not None:
-        plane = photographs[["easting", "northing"]].to_numpy()
-        model = np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0
-        for flag, scale in (
-            (True, plan["high_scale_number"]),
-            (False, plan["scale_number"]),
-        ):
-            rows = (is_high == flag).to_numpy()
-            ground[rows] = heights.mean_around(plane[rows], float(model * scale))
-        if not follows:
-            lines = photographs["line_id"].to_numpy()
-            of_line = pd.Series(ground).groupby(lines).transform("mean")
-            ground = of_line.to_numpy()
-    return photographs.assign(
-        flying_height=above, ground=ground, altitude=ground + above
-    )
-
-
-def _within_limit(photographs, limit, heights, *, follows):
-    """Lower cameras to the limit above the ground straight below their lines [m]."""
-    if heights is None:
-        return photographs.assign(height_above_nadir=np.nan)
-    plane = photographs[["easting", "northing"]].to_numpy()
-    nadir = heights.straight_below(plane)
-    lower = np.zeros(len(photographs))
-    if limit is not None:
-        altitude = photographs["altitude"].to_numpy()
-        lower = np.maximum(altitude - nadir - limit, 0.0)
-        before, height = _on_the_way(photographs, heights)
-        for end in (before, before + 1):
-            np.maximum.at(lower, end, height - limit)
-        if not follows:
-            lines = photographs["line_id"].to_numpy()
-            lower = pd.Series(lower).groupby(lines).transform("max").to_numpy()
-    altitude = photographs["altitude"] - lower
-    return photographs.assign(
-        flying_height=photographs["flying_height"] - lower,
-        altitude=altitude,
-        height_above_nadir=altitude - nadir,
-    )
-
-
-def _on_the_way(photographs, heights):
-    """Heights above what lies straight below between photographs of a line [m].
-
-    Half as far apart as heights of the ground. Rows of the photographs before them, and
-    the heights: the camera goes straight from one altitude to the next.
-    """
-    place = photographs[["easting", "northing", "altitude"]].to_numpy()
-    line = photographs["line_id"].to_numpy()
-    before = np.flatnonzero(line[1:] == line[:-1])
-    step = place[before + 1] - place[before]
-    apart = max(PARTS_OF_SPACING * heights.spacing, FINEST)
-    n_parts = np.ceil(np.hypot(*step[:, :2].T) / apart).astype(np.int64)
-    n_between = np.maximum(n_parts - 1, 0)
-    segment = np.repeat(np.arange(len(before)), n_between)
-    first = np.cumsum(n_between) - n_between
-    k = np.arange(len(segment)) - first[segment] + 1
-    way = (k / n_parts[segment])[:, None]
-    between = place[before[segment]] + way * step[segment]
-    return before[segment], between[:, 2] - heights.straight_below(between[:, :2])
 
 
 def _lines(photographs, plan):
@@ -230,7 +117,7 @@ def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
     denser = (layout.geometry.point_spacing / float(plan["spacing"])) ** 2
     settings = round(values * denser * int(plan["n_settings"]))
     images = sum(
-        _stations(layout.flights[flight], k).shape[1]
+        stations(layout.flights[flight], k).shape[1]
         for flight in FLIGHTS
         for k in range(len(layout.flights[flight].rasters))
     )
@@ -263,22 +150,20 @@ def said_of_limit(flown, plan, limit):
     )
 
 
-def require_overlap(flown, plan, layout, heights):
+def require_overlap(photographs, plan, layout, heights):
     """Refuse ground so high that photographs do not overlap on it.
 
     What cameras fly lower than planned leaves as little overlap as ground that rises.
 
     Returns what is to be said of overlaps on the highest ground, or "".
     """
-    if heights is None:
-        return ""
     geometry, left_over = layout.geometry, []
     lowest, highest = heights.range
     for flight, name in zip(
         FLIGHTS, ("high_flying_height", "flying_height"), strict=True
     ):
         above = float(plan[name])
-        of_flight = flown.photographs[flown.photographs["flight"] == flight]
+        of_flight = photographs[photographs["flight"] == flight]
         rise = _rise(of_flight, above, heights, layout, flight)
         left = 1.0 - rise / above
         forward = 1.0 - (1.0 - geometry.forward_overlap) / max(left, 1e-6)
@@ -300,8 +185,8 @@ def require_overlap(flown, plan, layout, heights):
     return kept(
         "Ground from {lowest} to {highest} m; overlaps left on the highest: high "
         "flight {high_forward} and {high_side} %, low flight {low_forward} and "
-        "{low_side} %. The expected precision is that of level ground: on steep "
-        "ground a block is some per cent better or worse (simulate --plan).",
+        "{low_side} %. The expected precision is that of this ground: errors grow "
+        "with the depth of points below the cameras.",
         lowest=f"{lowest:.0f}",
         highest=f"{highest:.0f}",
         **dict(zip(names, left_over, strict=True)),
@@ -328,9 +213,7 @@ def _room_above(rise, geometry):
 
 def _rise(photographs, above, heights, layout, flight):
     """How far the ground rises above what lies ``above`` below the cameras [m]."""
-    scale = layout.flights[flight].scale_number
-    half = scale * np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0
     plane = photographs[["easting", "northing"]].to_numpy()
-    peaks = heights.highest_around(plane, float(half))
+    peaks = heights.highest_around(plane, reach_of(layout, flight))
     laid_out_for = photographs["altitude"].to_numpy() - above
     return float(np.max(peaks - laid_out_for, initial=0.0))

@@ -31,6 +31,7 @@ class GroundHeights:
     # those near an area: cameras fly over them as well, and heights at its border are
     # interpolated with them; they count for nothing else
     beside: "GroundHeights | None" = None
+    at_border: tuple[float, float] | None = None  # lowest and highest, of an area [m]
 
     def over(self, area) -> "GroundHeights":
         """Return what lies in an area, and beside it what lies near.
@@ -72,7 +73,9 @@ class GroundHeights:
             side = max(float(np.sqrt(sides.prod() / MOST_KEPT)), least)
             held = held.in_cells(side)
             beside = beside.in_cells(side) if is_beside.any() else beside
-        return replace(held, beside=beside if is_beside.any() else None)
+        found = replace(held, beside=beside if is_beside.any() else None)
+        at_border = found.straight_below(area.border)
+        return replace(found, at_border=(at_border.min(), at_border.max()))
 
     def in_cells(self, side) -> "GroundHeights":
         """Return one place for each square of a lattice, ``side`` [m] wide.
@@ -220,5 +223,7 @@ class GroundHeights:
 
     @property
     def range(self):
-        """Lowest and highest [m]."""
-        return float(self._extremes[:, 0].min()), float(self._extremes[:, 1].max())
+        """Lowest and highest, at the border of an area as well [m]."""
+        lowest, highest = self._extremes[:, 0].min(), self._extremes[:, 1].max()
+        at_border = self.at_border or (np.inf, -np.inf)
+        return float(min(lowest, at_border[0])), float(max(highest, at_border[1]))

@@ -44,6 +44,9 @@ class AreaLayout:
     # by flight: all models that are flown, and the points that they hold
     flights: dict[str, FlightLayout]
     is_control: np.ndarray  # (n_points,)
+    # of a layout over ground that is not level, with ``height(position)``; None where
+    # models hold what they show of level ground
+    terrain: object = None
 
     @property
     def control(self):
@@ -91,8 +94,7 @@ def lay_out(area, design, *, seed=0, control=None) -> AreaLayout:
         position, is_control = with_control_at(control, position)
     flights = {f: _lay_flight(area, geometry, f, position) for f in FLIGHTS}
     if control is None:
-        is_control = np.zeros(len(position), dtype=bool)
-        is_control[choose_control(geometry, flights["high_flight"], position)] = True
+        is_control = chosen_control(geometry, flights["high_flight"], position)
     return AreaLayout(area, design, geometry, position, flights, is_control)
 
 
@@ -184,7 +186,7 @@ def _lay_flight(area, geometry, flight, position):
     scale = geometry.high_scale_number if is_high else geometry.low_scale_number
     half = scale * np.array(geometry.usable_model) / 2.0
     rasters = flight_rasters(geometry, flight, few_strips=True)
-    kept = [_models_worth_flying(area.local_shape, r.centres(), half) for r in rasters]
+    kept = [models_worth_flying(area.local_shape, r.centres(), half) for r in rasters]
     coverage = np.repeat(np.arange(len(kept)), [len(k) for k in kept])
     centre = np.concatenate(
         [r.centres()[k] for r, k in zip(rasters, kept, strict=True)]
@@ -217,7 +219,7 @@ def holding(layout, position, half):
     return replace(layout, model=model[order], point=point[order])
 
 
-def _models_worth_flying(shape, centres, half):
+def models_worth_flying(shape, centres, half):
     """Places of the models that hold enough of the area, and of those that fill gaps.
 
     Models whose part of the area is small are added, the largest parts first, where
@@ -258,6 +260,13 @@ def _only(layout, is_kept):
         model=number[layout.model[rows]],
         point=layout.point[rows],
     )
+
+
+def chosen_control(geometry, layout, position):
+    """Tell which points are control, as :func:`choose_control` does, (n_points,)."""
+    is_control = np.zeros(len(position), dtype=bool)
+    is_control[choose_control(geometry, layout, position)] = True
+    return is_control
 
 
 def choose_control(geometry, layout, position):

@@ -17,13 +17,11 @@ from einschalt.foundations.typesetting import (
     wrapped,
 )
 from einschalt.pipeline.planning.advice.points_in_models import (
-    MOST_ON_THE_GROUND,
     downwards,
 )
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
-    effort,
     flight_plan,
     require_overlap,
     said_of_limit,
@@ -32,7 +30,6 @@ from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     MOST_MODELS,
-    SHORTEST_SIDE,
     AreaLayout,
     lay_out,
     models_over,
@@ -40,23 +37,21 @@ from einschalt.pipeline.planning.area.layout import (
     require_rows,
     require_size,
 )
+from einschalt.pipeline.planning.area.on_the_ground import require_cover
+from einschalt.pipeline.planning.area.tried_layouts import (
+    OverGround,
+    TriedLayouts,
+    design_over,
+    require_densified,
+)
 from einschalt.pipeline.planning.arguments import flown_model
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
-from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
 from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
-from einschalt.pipeline.planning.trials import LAYOUT
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
-FEWEST_IN_A_MODEL = 8
-"""Points that a model of the checked layout holds at least; else a part is checked."""
-MOST_POINTS = 200_000
-# points in models of all layouts that are counted, and what the smallest takes as much
-# time as: a second, about
-MOST_COUNTED, LEAST_COUNTED = 500_000, 5_000
 MOST_LEFT_OUT = 0.002
-WELL_BELOW = 0.9  # of the most control, where points closer to each other are advised
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
 MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 4
@@ -76,14 +71,6 @@ ITEM_TEXT = mark_each(
         "control_point": "control points",
     }
 )
-
-
-@dataclass(frozen=True, eq=False)
-class _LaidOut:
-    """A plan over the area, or over a part of it, with its precision."""
-
-    layout: AreaLayout
-    is_part: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,22 +161,22 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
-    layouts, wholes = _Layouts(area, frame), {}
+    ground = OverGround.under(frame, heights, follows)
+    layouts, wholes = TriedLayouts(area, frame, ground), {}
     search, left_out = _that_fit(area, search, frame)
-    follows = frame.max_height is not None if follows is None else follows
 
     def judge(plan):
         found = layouts.of(plan)
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
-            _require_densified(found.layout, plan["spacing"])
+            require_densified(found.layout, plan["spacing"])
         if heights is not None:  # ground may be too high anywhere in the area
             whole(plan)
         return propagate(found.layout)
 
     def whole(plan):
         if plan.name not in wholes:
-            given = (area, plan, layouts.of(plan), frame, heights, follows)
+            given = (area, plan, layouts.of(plan), frame, ground)
             wholes[plan.name] = _whole(*given)
         return wholes[plan.name]
 
@@ -205,15 +192,15 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
         progress=progress,
     )
     layout, flown, said = whole(checked.plan)
-    other, next_flown = checked.next_best, None
+    other = checked.next_best
+    next_flown = None if other is None else whole(other.plan)[1]
     if other is not None:
-        next_flown = whole(other.plan)[1]
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = layouts.of(best.plan)
     notes = [*said, *_note_of_part(part), *left_out]
     parts = (area, search, best, layout, part.layout.area, flown, next_flown)
-    return AreaPlan(*parts, tuple(notes), frame, heights, follows)
+    return AreaPlan(*parts, tuple(notes), frame, heights, ground.follows)
 
 
 def _most_tried(area, search):
@@ -276,23 +263,6 @@ def _note_of_size(area, n_models):
     return [said]
 
 
-def _require_densified(layout, spacing):
-    """Refuse a layout of which so many points are control that it densifies little."""
-    # the points as they are planned: those of the layout may be thinned
-    n_points = layout.area.shape.area / spacing**2
-    share = len(layout.control) / n_points
-    if share >= MOST_ON_THE_GROUND:
-        # as many points more; control is chosen among them, and hardly grows
-        apart = spacing * np.sqrt(WELL_BELOW * MOST_ON_THE_GROUND / share)
-        raise GeometryError(
-            f"{len(layout.control)} control points are {per_cent(share)} of all points",
-            expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
-            "better surveyed on the ground as well",
-            remedy=f"Give spacings of at most {downwards(apart)} m, or larger scale "
-            "numbers of the high flight",
-        )
-
-
 def _priced(checked, effort, area):
     """Put what a plan takes for each km² down as it was laid out."""
     plan = checked.plan.copy()
@@ -303,84 +273,23 @@ def _priced(checked, effort, area):
     return replace(checked, plan=plan, is_counted=True)
 
 
-def _whole(area, plan, found, frame, heights, follows):
+def _whole(area, plan, found, frame, ground):
     """Lay a plan out over the whole area, if that was not done when it was judged."""
     layout = found.layout
     if found.is_part:
         layout = lay_out(area, design_over(area, design_of(plan, frame), np.inf))
-        _require_densified(layout, plan["spacing"])
+        layout = ground.flown(layout, plan)
+        require_densified(layout, plan["spacing"])
+    heights, follows = ground.heights, ground.follows
     flown = flight_plan(layout, plan, frame, heights, follows=follows)
+    if heights is None:
+        return layout, flown, []
     said = [
-        require_overlap(flown, plan, layout, heights),
+        require_overlap(flown.photographs, plan, layout, heights),
+        require_cover(layout),
         said_of_limit(flown, plan, frame.max_height),
     ]
     return layout, flown, [text for text in said if text]
-
-
-def design_over(area, design, most_work=MOST_WORK) -> FlightDesign:
-    """Give a design the extent of an area, and no more points than can be held."""
-    length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
-    design = replace(design, width=length, height=width)
-    most_work = min(most_work, MOST_POINTS * design.work_of_a_point)
-    return replace(design, most_work=most_work)
-
-
-class _Layouts:
-    """Layouts of plans over an area: one for all that are measured in other ways."""
-
-    def __init__(self, area, frame):
-        self.area, self.frame = area, frame
-        self._known, self._work = {}, 0
-
-    def of(self, plan):
-        """Give the layout of a row of a search, with its errors of measuring."""
-        key = tuple(plan[list(LAYOUT)])
-        if key not in self._known:
-            self._known[key] = laid_out(self.area, plan, self.frame)
-        found, usual = self._known[key], design_of(plan, self.frame)
-        errors = {"m_g_um": usual.m_g_um, "high_m_g_um": usual.high_m_g_um}
-        design = replace(found.layout.design, **errors)
-        return replace(found, layout=replace(found.layout, design=design))
-
-    def cost(self, plan):
-        """Count what a plan costs for each km²; None where that would take too long."""
-        if self._work > MOST_COUNTED:
-            return None
-        n_known = len(self._known)
-        found = self.of(plan)
-        if found.is_part:
-            return None
-        if len(self._known) > n_known:
-            flights = found.layout.flights.values()
-            self._work += LEAST_COUNTED + sum(len(flown.point) for flown in flights)
-        costs = effort(found.layout, plan, self.frame)["cost"]
-        return costs.sum() / self.area.square_km
-
-
-def laid_out(area, plan, frame):
-    """Lay a row of a search out as it is propagated: over an area, or a part of it."""
-    usual = design_of(plan, frame)
-    require_size(area, usual)
-    design = design_over(area, usual)
-    model = np.prod(design.geometry().usable_model) * design.scale_number**2
-    if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
-        return _LaidOut(lay_out(area, design), is_part=False)
-    # a part as large as the layouts of a search
-    part = _part_of(area, usual.extent)
-    return _LaidOut(lay_out(part, design_over(part, usual)), is_part=True)
-
-
-def _part_of(area, extent):
-    """Cut a rectangle out of an area, about a point that lies well inside."""
-    import shapely  # noqa: PLC0415 - loaded when an area is planned
-
-    inside = shapely.get_coordinates(shapely.point_on_surface(area.local_shape))[0]
-    half = np.array(extent) / 2.0
-    window = shapely.box(*(inside - half), *(inside + half))
-    cut = shapely.intersection(area.local_shape, window)
-    parts = [p for p in shapely.get_parts(cut) if p.geom_type == "Polygon"]
-    largest = max(parts, key=lambda part: part.area)
-    return FlightArea(shapely.transform(largest, area.to_ground), area.crs)
 
 
 def _require_held(layout):
@@ -402,6 +311,7 @@ def propagate(layout):
         *(layouts, layout.position, layout.is_control),
         geometry=layout.geometry,
         noise=layout.design.noise(),
+        terrain=layout.terrain,
     )
     return propagate_scene(set_anew, layout.design)
 

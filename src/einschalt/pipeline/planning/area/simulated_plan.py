@@ -16,22 +16,21 @@ from einschalt.foundations.errors import SettingsError, name_some, raise_problem
 from einschalt.foundations.language import in_english
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.flight_plan import flight_plan
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     geometry_over,
-    holding,
     lay_out,
     with_control_at,
 )
-from einschalt.pipeline.planning.area.recommended import (
-    AreaPlan,
+from einschalt.pipeline.planning.area.on_the_ground import over_ground, shown
+from einschalt.pipeline.planning.area.recommended import AreaPlan, propagate
+from einschalt.pipeline.planning.area.tried_layouts import (
+    OverGround,
     design_over,
     laid_out,
-    propagate,
 )
-from einschalt.pipeline.planning.cameras import CAMERAS, flown_columns
+from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import CheckedPlan, design_of
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
@@ -112,19 +111,12 @@ class PlannedBlock:
     @cached_property
     def flown(self) -> "FlownArea":
         """The area as it is flown, with all points; of a plan over one."""
-        layout = lay_out(self.area, self.design, seed=LAYOUT_SEED)
-        altitudes = terrain = None
+        layout, terrain = lay_out(self.area, self.design, seed=LAYOUT_SEED), None
         if self.heights is not None:
-            altitudes = self._altitudes(layout)
+            given = layout, self.heights, self.max_height
+            layout = over_ground(*given, follows=self.follows)
             terrain = SurveyedTerrain(self.heights, _centre(self.area))
-        return _flown(layout, self._unthinned, altitudes, terrain)
-
-    def _altitudes(self, layout):
-        """Altitudes of the plan's photographs, as FlightLayout has them."""
-        given = _row_of(self.design), PlanFrame(max_height=self.max_height)
-        flown = flight_plan(layout, *given, self.heights, follows=self.follows)
-        photographs = flown.photographs
-        return {f: _by_image(photographs, layout.flights[f], f) for f in FLIGHTS}
+        return _flown(layout, self._unthinned, terrain)
 
 
 def _as_measured(geometry, changes):
@@ -149,30 +141,6 @@ def camera_of(geometry):
         if np.allclose(has, known, rtol=AS_LONG, atol=0.0):
             return name
     return ""
-
-
-def _row_of(design):
-    """What the search for plans knows of a design, as far as photographs need it."""
-    row = {
-        "scale_number": design.scale_number,
-        "high_scale_number": design.scale_of_high_flight,
-        "spacing": design.spacing,
-        "n_settings": 1,
-    }
-    return row | flown_columns(row, design.principal_distance, None)
-
-
-def _by_image(photographs, flown, flight):
-    """Put the altitudes of a table into the places of the rasters' images."""
-    of_flight = photographs[photographs["flight"] == flight]
-    found = []
-    for k, raster in enumerate(flown.rasters):
-        altitudes = np.full(int(np.prod(raster.images().shape)), np.nan)
-        places = np.unique(flown.image_places[flown.coverage == k])
-        is_in = of_flight["coverage"] == str(k + 1)
-        altitudes[places] = of_flight.loc[is_in, "altitude"]
-        found.append(altitudes)
-    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +172,7 @@ def _centre(area):
     return area.to_ground(np.zeros((1, 2)))[0]
 
 
-def _flown(layout, design, altitudes, terrain) -> FlownArea:
+def _flown(layout, design, terrain) -> FlownArea:
     """Turn a layout into easting and northing, its points as close as in a design."""
     area, (east, north) = layout.area, _centre(layout.area)
     position, is_control = _as_close_as(design, layout)
@@ -220,12 +188,10 @@ def _flown(layout, design, altitudes, terrain) -> FlownArea:
     )
     if ground is not None:
         geometry = replace(geometry, mean_height=float(ground.mean()))
-    flights = {}
-    for flight in FLIGHTS:
-        flown = layout.flights[flight]
-        if altitudes is not None:
-            flown = replace(flown, altitudes=altitudes[flight])
-        flights[flight] = _shown(flown, geometry, position, ground)
+    flights = {
+        flight: shown(flown, geometry, position, ground)
+        for flight, flown in layout.flights.items()
+    }
     whole = replace(layout, position=position, flights=flights, is_control=is_control)
     names = name_points(len(position))
     names[is_control] = [f"C{k + 1}" for k in range(int(is_control.sum()))]
@@ -246,29 +212,6 @@ def _as_close_as(design, layout):
     )
     dense = dense[area.holds(dense)]
     return with_control_at(layout.position[layout.control], dense)
-
-
-def _shown(flown, geometry, position, ground):
-    """Say which points show in which models, by the ground where it is known."""
-    half = flown.scale_number * np.array(geometry.usable_model) / 2.0
-    if ground is None:
-        return holding(flown, position, half)
-    altitude = flown.camera_altitude(geometry)
-    nominal = geometry.principal_distance * flown.scale_number
-    deepest = (altitude.max() - ground.min()) / nominal
-    found = holding(flown, position, _half_at(deepest, flown, geometry))
-    depth = (altitude[found.model] - ground[found.point]) / nominal
-    away = np.abs(position[found.point] - flown.centre[found.model])
-    is_in = (away <= _half_at(depth[:, None], flown, geometry) + 1e-6).all(axis=1)
-    return replace(found, model=found.model[is_in], point=found.point[is_in])
-
-
-def _half_at(depth, flown, geometry):
-    """Half extents of a model of two images, so many times as deep as planned [m]."""
-    rims = 2.0 * geometry.unusable_rim
-    sides = np.array([geometry.image_format, geometry.across]) - rims
-    base = np.array([geometry.image_base, 0.0])
-    return flown.scale_number * (depth * sides - base) / 2.0
 
 
 def _turned(flown, direction):
@@ -341,7 +284,8 @@ def another_row(planned, row, frame) -> PlannedBlock:
     if area is None:
         return planned_block(row, frame)
     _check_row(row)
-    expected = propagate(laid_out(area, row, frame).layout).mean
+    ground = OverGround(planned.heights, planned.max_height, planned.follows)
+    expected = propagate(laid_out(area, row, frame, ground).layout).mean
     design = design_over(area, design_of(row, frame), np.inf)
     return replace(planned, design=design, expected=expected)
 
