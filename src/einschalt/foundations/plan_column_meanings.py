@@ -41,6 +41,7 @@ _PRECISION = {
     "M_mean": ("m", "TOTAL of the mean of all coverages, by the formula of 1971"),
     "expected_centre": ("m", "expected TOTAL of one model's value in its middle"),
     "expected_edge": ("m", "expected TOTAL of one model's value at its edge"),
+    "expected_corner": ("m", "expected TOTAL of one model's value in its corners"),
     "expected_mean": ("m", "expected TOTAL of the mean of all values of a point"),
 }
 _SEARCHED = {
@@ -103,7 +104,8 @@ PLAN_COLUMNS = {
         *("scale_number", "spacing", "m_g_um", "n_settings", "n_coverages"),
         *("control_per_model", "high_scale_number", "flying_height"),
         *("high_flying_height", "gsd", "high_gsd", "n_points", "m_0", "M_centre"),
-        *("M_edge", "M_mean", "expected_centre", "expected_edge", "expected_mean"),
+        *("M_edge", "M_mean", "expected_centre", "expected_edge"),
+        *("expected_corner", "expected_mean"),
         *("limited_by", "images", "models", "settings", "control_points", "cost"),
         *("reached_expected", "reached_paper", "reached", "is_feasible"),
         "is_efficient",

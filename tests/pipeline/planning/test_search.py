@@ -356,11 +356,16 @@ def test_with_one_coverage_the_place_of_the_error_is_told(where):
     choices = replace(CHOICES, n_coverages=(1,), scale_number=(8000,), spacing=(300,))
     checked = check_plans(find_plans(0.07, choices, where=where), PlanFrame(), most=3)
     figures = checked.expected.figures
-    place = "centre" if where == "centre" else "edge"
+    place = "corner" if where == "everywhere" else where
     assert checked.place == place
     assert checked.reached == getattr(figures, f"single_{place}")
+    if where == "everywhere":
+        places = ("centre", "edge", "corner")
+        assert checked.reached == max(getattr(figures, f"single_{p}") for p in places)
+        assert checked.plan["reached"] == checked.plan["expected_corner"]
     said = " ".join(checked.summary().split())
-    assert f" cm (at the {place} of models) with low flight" in said
+    where_said = "in the corners" if place == "corner" else f"at the {place}"
+    assert f" cm ({where_said} of models) with low flight" in said
     assert "(total, one coverage, mean of the models of each point)" in said
     several = check_plans(find_plans(0.07, CHOICES), PlanFrame(), most=1)
     assert several.place is None

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError
@@ -16,8 +17,8 @@ from einschalt.pipeline.planning.expected_precision import (
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.text import (
+    OF_ONE_COVERAGE,
     ONE_COVERAGE,
-    PLACES,
     describe_plan,
     missed_in_cm,
 )
@@ -46,8 +47,8 @@ class CheckedPlan(Result):
     missed: tuple[tuple[pd.Series, float], ...] = ()
     refused: tuple[tuple[pd.Series, EinschaltError], ...] = ()
     next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
-    # with one coverage: "centre" or "edge", where in the models ``reached`` is the
-    # error; None with several, whose mean is alike everywhere
+    # with one coverage: "centre", "edge" or "corner", where in the models ``reached``
+    # is the error; None with several, whose mean is alike everywhere
     place: str | None = None
     # whether costs were counted on a layout over an area; otherwise they are estimated
     is_counted: bool = False
@@ -122,7 +123,7 @@ class CheckedPlan(Result):
         if not self.is_kept:
             reached = missed_in_cm(self.reached, self.target)
         if self.place is not None:
-            place = translated(PLACES[self.place])
+            place = translated(OF_ONE_COVERAGE[self.place])
             reached = translated("{error} ({place})", error=reached, place=place)
         return translated(
             message,
@@ -285,6 +286,8 @@ def _at_place(propagated, where):
     if propagated.design.n_coverages > 1:
         return propagated.mean, None
     figures = propagated.expected.figures
-    single = {"centre": figures.single_centre, "edge": figures.single_edge}
-    place = where if where in single else max(single, key=single.get)
+    places = ("centre", "edge", "corner") if where == "everywhere" else (where,)
+    single = {place: getattr(figures, f"single_{place}") for place in places}
+    # NaN where no point lies at a place
+    place = max(single, key=lambda place: np.nan_to_num(single[place]))
     return single[place], place

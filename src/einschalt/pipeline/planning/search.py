@@ -68,6 +68,7 @@ CONTROL_IN_A_MODEL = {5: 6.25, 9: 11.0}
 """In the whole overlap of a model of the high flight, where control is set for all of
 them together: as layouts over areas take it, of film and where images overlap much."""
 
+EXPECTED = ("centre", "edge", "corner", "mean")  # of ExpectedParts
 OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layout
 ON_LAYOUTS = 0.8
 """Of the most control, where spacings are advised: layouts over areas take more control
@@ -109,8 +110,8 @@ class PlanSearch(Result):
     # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
     # control_per_model, flying_height and high_flying_height above ground, gsd and
     # high_gsd (NaN where no size of a pixel is known), n_points, m_0, M_centre,
-    # M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_mean
-    # (shared errors counted),
+    # M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_corner,
+    # expected_mean (shared errors counted),
     # reached_expected, reached_paper (at the place of the target), reached (the one
     # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
     # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
@@ -338,9 +339,7 @@ def _precisions(given, frame, model, does):
         "M_centre": planned.M_centre,
         "M_edge": planned.M_edge,
         "M_mean": mean,
-        "expected_centre": parts.centre,
-        "expected_edge": parts.edge,
-        "expected_mean": parts.mean,
+        **{f"expected_{place}": getattr(parts, place) for place in EXPECTED},
     }
     columns["limited_by"] = _limits(parts)
     return columns
@@ -477,7 +476,9 @@ def _reached(columns, where, by):
     """Error at the place of the target, of what is delivered."""
     error = "M" if by == "paper" else "expected"
     centre, edge, mean = (columns[f"{error}_{p}"] for p in ("centre", "edge", "mean"))
-    single = {"centre": centre, "edge": edge, "everywhere": np.maximum(centre, edge)}
+    # the rule of the paper knows no corner
+    worst = np.maximum(centre, edge if by == "paper" else columns["expected_corner"])
+    single = {"centre": centre, "edge": edge, "everywhere": np.maximum(worst, edge)}
     reached = np.where(columns["n_coverages"] == 1, single[where], mean)
     # models that do not determine their edge promise nothing
     return np.where(np.isfinite(np.maximum(centre, edge)), reached, np.inf)

@@ -40,6 +40,8 @@ PLACES = mark_each(
         "everywhere": "everywhere",
     }
 )
+OF_ONE_COVERAGE = PLACES | mark_each({"corner": "in the corners of models"})
+"""Where one coverage may be at its worst."""
 FORMULAS = mark_each(
     {
         "expected": "expected error",

@@ -53,7 +53,8 @@ class ExpectedParts:
     control: np.ndarray
     approximate: np.ndarray  # error of the approximate coordinates
     centre: np.ndarray  # error of one model's value in its middle
-    edge: np.ndarray  # the same at its edge
+    edge: np.ndarray  # the same at its edge, in the middle of its sides
+    corner: np.ndarray  # and in its corners
     mean: np.ndarray  # error of the mean of all values of a point
 
 
@@ -141,6 +142,7 @@ def expected_parts(flights, model) -> ExpectedParts:
         np.sqrt(noise + shared),
         of_one_model(leverage["centre"]),
         of_one_model(leverage["edge"]),
+        of_one_model(leverage["corner"]),
         mean,
     )
     return ExpectedParts(*parts, *errors)
@@ -167,7 +169,9 @@ def break_even(parts, flights) -> BreakEven:
 
 
 def _leverages(flights, model):
-    evenly, lattice = (replace(model, edge=edge) for edge in ("mid_edge", "lattice"))
+    evenly, cornered, lattice = (
+        replace(model, edge=edge) for edge in ("mid_edge", "corner", "lattice")
+    )
     where = flights.scale_number, flights.spacing
     n_points = evenly.n_points(*where)
     is_few = n_points < FEW_POINTS
@@ -176,4 +180,5 @@ def _leverages(flights, model):
         "mean": MEAN_FACTOR[model.kind] / n_points,
         "centre": np.where(is_few, single.centre, even.centre),
         "edge": np.where(is_few, single.edge, even.edge),
+        "corner": np.maximum(single.edge * is_few, cornered.leverage(*where).edge),
     }
