@@ -241,3 +241,71 @@ def test_a_plan_is_found_over_a_hill(is_part, hill, monkeypatch):
     assert plan.is_recommended
     assert any("the ground rises" in text for text in plan.checked.dropped)
     assert any("overlaps left on the highest" in text for text in plan.notes)
+
+
+@pytest.mark.parametrize("n_common", [7, 13])
+def test_the_commonest_reason_is_told_and_how_common_it_is(n_common, found):
+    judged = []
+
+    def judge(plan):
+        judged.append(layout_of(plan))
+        is_common = len(judged) <= n_common
+        if is_common:
+            raise GeometryError(f"rise {len(judged)}", expected="overlaps")
+        raise GeometryError(f"{len(judged)} % are control", expected="less than 50 %")
+
+    with pytest.raises(GeometryError) as caught:
+        check_plans(found, FRAME, judge=judge)
+    n_all = len(judged)
+    n, of = max((n_common, "rise 1"), (n_all - n_common, f"{n_common + 1} % are"))
+    said = f"{n} of {n_all} layouts that were tried are refused alike: {of}"
+    assert str(caught.value).startswith(said)
+
+
+def _slope(area, rise):
+    axes = (np.arange(-500.0, 4600.0, 100.0),) * 2
+    plane = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    return GroundHeights(plane, 400.0 + rise * plane[:, 1], "slope.xyz").over(area)
+
+
+SLOPING = FlightArea(shapely.box(0.0, 0.0, 4000.0, 3500.0))
+OF_SLOPE = PlanChoices(
+    scale_number=(7000, 9000),
+    spacing=(250,),
+    m_g_um=(10,),
+    high_over_low=(1.5,),
+    n_coverages=(2,),
+    control_per_model=(5,),
+)
+
+
+@pytest.mark.parametrize("max_height", [None, 2100.0])
+def test_numbers_advised_on_high_ground_give_a_plan(max_height):
+    """Overlaps and scale numbers, with the other options as given."""
+    frame = PlanFrame(max_height=max_height)
+    heights = _slope(SLOPING, 0.45)
+    found, over = recommended.search_over(0.06, SLOPING, OF_SLOPE, frame)
+    with pytest.raises(GeometryError, match="the ground rises") as caught:
+        recommended.plan_area(SLOPING, found, over, heights=heights, follows=False)
+    said = str(caught.value)
+    overlaps = re.search(r"--forward-overlap (\S+) --side-overlap ([\d.]+)", said)
+    larger = re.search(r"--scale-number (\d+)", said)
+    assert larger is None or max_height is None
+    names = ("forward_overlap", "side_overlap")
+    overlaps = dict(zip(names, map(float, overlaps.groups()), strict=True))
+    tried = [(OF_SLOPE, replace(frame, **overlaps))]
+    if larger:
+        tried.append((replace(OF_SLOPE, scale_number=(float(larger[1]),)), frame))
+    for choices, given in tried:
+        found, over = recommended.search_over(0.06, SLOPING, choices, given)
+        ground = {"heights": heights, "follows": False}
+        assert recommended.plan_area(SLOPING, found, over, **ground).is_recommended
+
+
+def test_ground_that_reaches_the_cameras_leaves_no_overlap():
+    heights = _slope(SLOPING, 2.0)
+    found, over = recommended.search_over(0.06, SLOPING, OF_SLOPE, FRAME)
+    with pytest.raises(GeometryError) as caught:
+        recommended.plan_area(SLOPING, found, over, heights=heights)
+    assert "overlaps of 0 and 0 % are left" in str(caught.value)
+    assert "Plan parts of the area by themselves" in str(caught.value)

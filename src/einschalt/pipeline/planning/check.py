@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import number, per_cent, wrapped
@@ -241,7 +242,23 @@ def _nearest_of(tried, refused, dropped, cost):
             dropped[found.plan.name] = found.plan, error
         else:
             return found
-    raise refused[-1]
+    raise _commonest(refused)
+
+
+def _commonest(refused):
+    """The commonest of the reasons for which layouts were refused, and how common."""
+    by_reason = {}
+    for error in refused:
+        by_reason.setdefault(error.expected or str(error), []).append(error)
+    first, *others = max(by_reason.values(), key=len)
+    if len(refused) == 1:
+        return first
+    said = kept(
+        "{n} of {n_all} layouts that were tried are refused alike",
+        n=1 + len(others),
+        n_all=len(refused),
+    )
+    return first.with_facts(found=f"{said}: {first.found}")
 
 
 def _with_several_coverages(search):

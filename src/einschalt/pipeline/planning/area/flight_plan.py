@@ -19,6 +19,10 @@ RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
 
 
+class GroundTooHighError(GeometryError):
+    """Ground so high that photographs do not overlap on it."""
+
+
 @dataclass(frozen=True, eq=False)
 class FlightPlan:
     """What is flown and measured; easting, northing in the system of the area."""
@@ -166,19 +170,14 @@ def require_overlap(photographs, plan, layout, heights):
         of_flight = photographs[photographs["flight"] == flight]
         rise = _rise(of_flight, above, heights, layout, flight)
         left = 1.0 - rise / above
-        forward = 1.0 - (1.0 - geometry.forward_overlap) / max(left, 1e-6)
-        side = 1.0 - (1.0 - geometry.side_overlap) / max(left, 1e-6)
+        forward, side = (
+            1.0 - (1.0 - overlap) / left if left > 0.0 else 0.0
+            for overlap in (geometry.forward_overlap, geometry.side_overlap)
+        )
         if left <= 0.0 or forward < RIM_OF_OVERLAP or side < 0.0:
             lowered = above - of_flight["flying_height"].min()
-            is_limited = lowered > LOWER_IS_SAID
-            raise GeometryError(
-                f"the ground rises {number(rise, 2)} m above what the "
-                f"{flight.replace('_', ' ')}, {above:.0f} m above it, is laid out for: "
-                f"overlaps of {100 * forward:.0f} and {100 * side:.0f} % are left",
-                expected="more than 50 % forward and 0 % to the side",
-                remedy="Give larger overlaps; --max-height leaves no room to fly higher"
-                if is_limited
-                else _room_above(rise, geometry),
+            raise _too_high(
+                flight, rise, above, (forward, side), is_limited=lowered > LOWER_IS_SAID
             )
         left_over += [f"{100 * forward:.0f}", f"{100 * side:.0f}"]
     names = ("high_forward", "high_side", "low_forward", "low_side")
@@ -193,21 +192,20 @@ def require_overlap(photographs, plan, layout, heights):
     )
 
 
-def _room_above(rise, geometry):
-    """Say how high must be flown for overlaps that are left on the highest ground.
-
-    ``rise`` [m] is that of the ground above the one for which flights are laid out: on
-    it an image flown at a height h is smaller by rise / h.
-    """
-    share = max(
-        RIM_OF_OVERLAP / max(geometry.forward_overlap - RIM_OF_OVERLAP, 1e-6),
-        1.0 / max(geometry.side_overlap, 1e-6),
+def _too_high(flight, rise, above, overlaps, *, is_limited):
+    """Refuse ground that rises above what a flight is laid out for [m]."""
+    forward, side = (100.0 * max(overlap, 0.0) for overlap in overlaps)
+    found = (
+        f"the ground rises {number(rise, 2)} m above what the "
+        f"{flight.replace('_', ' ')}, {above:.0f} m above it, is laid out for: "
+        f"overlaps of {forward:.0f} and {side:.0f} % are left"
     )
-    height = np.ceil(rise * share / 100.0) * 100.0
-    scale_number = np.ceil(height / geometry.principal_distance / 100.0) * 100.0
-    return (
-        f"Give larger overlaps, or fly more than {height:.0f} m above the ground "
-        f"(scale numbers of at least {scale_number:.0f}, in both flights)"
+    return GroundTooHighError(
+        found,
+        expected="more than 50 % forward and 0 % to the side",
+        remedy="Give larger overlaps; --max-height leaves no room to fly higher"
+        if is_limited
+        else "Give larger overlaps, or fly higher above the ground",
     )
 
 

@@ -16,12 +16,14 @@ from einschalt.foundations.typesetting import (
     table,
     wrapped,
 )
+from einschalt.pipeline.planning.advice.high_ground import remedy_above
 from einschalt.pipeline.planning.advice.points_in_models import (
     downwards,
 )
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
+    GroundTooHighError,
     flight_plan,
     require_overlap,
     said_of_limit,
@@ -42,6 +44,7 @@ from einschalt.pipeline.planning.area.tried_layouts import (
     OverGround,
     TriedLayouts,
     design_over,
+    laid_out,
     require_densified,
 )
 from einschalt.pipeline.planning.arguments import flown_model
@@ -162,6 +165,33 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     the ground is too high.
     """
     ground = OverGround.under(frame, heights, follows)
+    try:
+        return _planned(area, search, frame, ground, progress)
+    except GroundTooHighError as error:
+
+        def is_plan(frame, choices):
+            try:
+                given = {"where": search.where, "by": search.by}
+                found = find_plans(search.target, choices, frame, **given)
+                _require_overlap_of_some(area, found.plans, frame, ground)
+                return _planned(area, found, frame, ground, progress).is_recommended
+            except EinschaltError:
+                return False
+
+        remedy = remedy_above(search, frame, is_plan)
+        raise error.with_facts(remedy=remedy) from None
+
+
+def _require_overlap_of_some(area, plans, frame, ground):
+    """Refuse ground that is too high for the largest scales and for the smallest."""
+    by_scale = plans.iloc[np.argsort(plans["high_scale_number"], kind="stable")]
+    try:
+        laid_out(area, by_scale.iloc[-1], frame, ground)
+    except GroundTooHighError:
+        laid_out(area, by_scale.iloc[0], frame, ground)
+
+
+def _planned(area, search, frame, ground, progress) -> AreaPlan:
     layouts, wholes = TriedLayouts(area, frame, ground), {}
     search, left_out = _that_fit(area, search, frame)
 
@@ -170,7 +200,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
             require_densified(found.layout, plan["spacing"])
-        if heights is not None:  # ground may be too high anywhere in the area
+        if ground.heights is not None:  # it may be too high anywhere in the area
             whole(plan)
         return propagate(found.layout)
 
@@ -200,7 +230,7 @@ def plan_area(area, search, frame, *, heights=None, follows=None, progress=None)
     part = layouts.of(best.plan)
     notes = [*said, *_note_of_part(part), *left_out]
     parts = (area, search, best, layout, part.layout.area, flown, next_flown)
-    return AreaPlan(*parts, tuple(notes), frame, heights, ground.follows)
+    return AreaPlan(*parts, tuple(notes), frame, ground.heights, ground.follows)
 
 
 def _most_tried(area, search):
