@@ -185,3 +185,55 @@ def test_every_coverage_of_a_corridor_is_one_strip(width):
     lines = plan.flown.flight_lines.groupby(["flight", "coverage"])
     assert lines.size().to_list() == [1, 1, 1, 1]
     assert plan.layout.n_left_out == 0
+
+
+DRONE = replace(
+    PlanFrame(),
+    image_format=(0.024, 0.036),
+    principal_distance=0.035,
+    forward_overlap=0.8,
+    side_overlap=0.6,
+)
+
+
+def test_drones_that_fly_low_are_planned_over_an_area():
+    """Their usual layout is shorter than 100 m, which nobody has asked for."""
+    area = FlightArea(shapely.box(0.0, 0.0, 150.0, 100.0))
+    choices = PlanChoices(
+        scale_number=(700,), spacing=(5,), m_g_um=(1.9,), high_over_low=(1.25,)
+    )
+    frame = replace(DRONE, max_height=31.0)
+    found, frame = recommended.search_over(0.02, area, choices, frame)
+    plan = recommended.plan_area(area, found, frame)
+    assert plan.is_recommended
+    assert plan.checked.plan["high_flying_height"] <= 31.0
+
+
+def test_no_scale_is_advised_that_no_layout_has():
+    tiny = FlightArea(shapely.box(0.0, 0.0, 55.0, 37.0))
+    with pytest.raises(GeometryError, match="Survey its points on the ground"):
+        recommended.search_over(TARGET, tiny, CHOICES, PlanFrame())
+    low = replace(DRONE, max_height=14.0)
+    choices = PlanChoices(scale_number=(150, 300), spacing=(5,), m_g_um=(1.9,))
+    with pytest.raises(GeometryError, match=r"from 150 to 900 .* expected 500 to"):
+        recommended.search_over(TARGET, tiny, choices, low)
+
+
+@pytest.mark.parametrize("scale_number", [900, 1800])
+def test_scale_and_height_that_are_advised_together_give_a_plan(scale_number):
+    area = FlightArea(shapely.box(0.0, 0.0, 600.0, 400.0))
+    frame = replace(DRONE, image_format=(0.0088, 0.0132), principal_distance=0.0088)
+    limit = 1.25 * scale_number * 0.0088
+    choices = PlanChoices(scale_number=(scale_number,), spacing=(10,), m_g_um=(1.0,))
+    low = replace(frame, max_height=limit)
+    with pytest.raises(GeometryError, match="points lie in a model") as refused:
+        recommended.search_over(0.02, area, choices, low)
+    advised = re.search(
+        r"scale numbers of at least (\d+).* (?:flight|least) ([\d.]+) m",
+        str(refused.value),
+    )
+    scale, height = map(float, advised.groups())
+    choices = replace(choices, scale_number=(scale,))
+    high = replace(frame, max_height=height)
+    found, over = recommended.search_over(0.02, area, choices, high)
+    assert recommended.plan_area(area, found, over).is_recommended

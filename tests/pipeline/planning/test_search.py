@@ -367,8 +367,10 @@ def test_with_one_coverage_the_place_of_the_error_is_told(where):
     where_said = "in the corners" if place == "corner" else f"at the {place}"
     assert f" cm ({where_said} of models) with low flight" in said
     assert "(total, one coverage, mean of the models of each point)" in said
-    several = check_plans(find_plans(0.07, CHOICES), PlanFrame(), most=1)
+    several = check_plans(find_plans(0.07, CHOICES, where=where), PlanFrame(), most=1)
     assert several.place is None
+    is_told = f"--where {where} counts with one" in " ".join(several.verdict().split())
+    assert is_told == (where != "everywhere")
     assert "of models) with" not in " ".join(several.verdict().split())
 
 

@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.text import (
     OF_ONE_COVERAGE,
     ONE_COVERAGE,
+    WHERE_IS_OF_ONE,
     describe_plan,
     missed_in_cm,
 )
@@ -53,6 +54,7 @@ class CheckedPlan(Result):
     place: str | None = None
     # whether costs were counted on a layout over an area; otherwise they are estimated
     is_counted: bool = False
+    asked_where: str = "everywhere"  # place of the target, which one coverage has
 
     @property
     def expected(self) -> ExpectedPrecision:
@@ -80,6 +82,9 @@ class CheckedPlan(Result):
         lines.append(f"  {describe_heights(self.plan)}")
         if self.plan["n_coverages"] == 1:
             lines.append(wrapped(translated(ONE_COVERAGE), first="  ", indent="    "))
+        elif self.asked_where != "everywhere":
+            said = translated(WHERE_IS_OF_ONE, where=self.asked_where)
+            lines.append(wrapped(said, first="  ", indent="    "))
         if self.next_best is not None:
             other = self.next_best
             message = mark("Next best: {reached} with {plan}; {dearer} (estimated).")
@@ -199,7 +204,8 @@ def _checked(plan, search, judge, cost, *, is_last):
     """Propagate a plan; give it with its cost, None where it is not needed."""
     propagated = judge(plan)
     reached, place = _at_place(propagated, search.where)
-    found = CheckedPlan(plan, propagated, reached, search.target, place=place)
+    given = {"place": place, "asked_where": search.where}
+    found = CheckedPlan(plan, propagated, reached, search.target, **given)
     return found, cost(plan) if found.is_kept or is_last else None
 
 

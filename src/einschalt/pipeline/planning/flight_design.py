@@ -11,6 +11,7 @@ from einschalt.pipeline.planning.arguments import (
     checked_number,
     flown_model,
 )
+from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.theory.planning.expected_precision import models_per_point
@@ -26,6 +27,7 @@ HIGH_OVER_LOW_M_G = 1.5
 RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
 HIGH_FOOTPRINTS = 3.0
 LEAST_ROWS, MOST_ROWS = 16, 70
+SHORTEST_SIDE = BLOCK_RANGES["width"].low  # metres, of an extent that is left out
 LEAST_POINTS_PER_MODEL = 4
 MOST_WORK = 1e7
 """Values times pairs of models at a point: a second of propagation at most."""
@@ -97,6 +99,7 @@ class FlightDesign:
         footprint = self.scale_of_high_flight * max(self.model.image_format)
         least, most = LEAST_ROWS * self.spacing, MOST_ROWS * self.spacing
         usual = min(max(HIGH_FOOTPRINTS * footprint, least), most)
+        usual = max(usual, SHORTEST_SIDE)
         given = (self.width, self.height)
         width, height = (usual if side is None else float(side) for side in given)
         return width, height

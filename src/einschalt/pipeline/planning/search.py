@@ -22,6 +22,11 @@ from einschalt.pipeline.planning.advice.points_in_models import (
     too_few_points,
     too_much_control,
 )
+from einschalt.pipeline.planning.advice.possible_layouts import (
+    fits_in,
+    of_possible_scales,
+    require_possible_scales,
+)
 from einschalt.pipeline.planning.arguments import (
     RANGES,
     PlanCosts,
@@ -42,6 +47,7 @@ from einschalt.pipeline.planning.text import (
     describe_search,
     describe_verdict,
 )
+from einschalt.pipeline.planning.trials import is_efficient
 from einschalt.pipeline.simulation.layout import FEW_STRIPS, least_strips
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
@@ -220,10 +226,11 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     # edges are looked at as the geometry has them; the paper's M takes its own rule
     model = flown_model(frame)
     does = partial(_is_planned, choices, frame, model)
-    columns = _estimated(_combine(choices), frame, model, where, does)
+    given = require_possible_scales(_combine(choices), frame.extent)
+    columns = _estimated(given, frame, model, where, does)
     columns["reached"] = columns[f"reached_{by}"]
     columns["is_feasible"] = columns["reached"] <= target
-    columns["is_efficient"] = _is_efficient(columns["cost"], columns["reached"])
+    columns["is_efficient"] = is_efficient(columns["cost"], columns["reached"])
     beyond = None
     if not columns["is_feasible"].any():
 
@@ -302,11 +309,13 @@ def _is_planned(choices, frame, model, **changes):
     # how well points are measured decides of no combination whether it is possible
     alike = {n: np.atleast_1d(getattr(choices, n))[:1] for n in OF_MEASURING}
     given = _combine(replace(choices, **alike, **others))
+    given = of_possible_scales(given, frame.extent)
     fill = model_fill(given, model, frame.principal_distance, max_height)
     columns = _flown(given, fill.is_possible)
     columns |= _work(columns, frame, model)
     most = MOST_ON_THE_GROUND * (ON_LAYOUTS if frame.shares_control else 1.0)
-    return bool((_share_of_control(columns) < most).any())
+    is_densified = _share_of_control(columns) < most
+    return bool((is_densified & fits_in(columns, frame.extent, model)).any())
 
 
 def _flown(given, is_possible):
@@ -482,13 +491,3 @@ def _reached(columns, where, by):
     reached = np.where(columns["n_coverages"] == 1, single[where], mean)
     # models that do not determine their edge promise nothing
     return np.where(np.isfinite(np.maximum(centre, edge)), reached, np.inf)
-
-
-def _is_efficient(cost, error):
-    """Whether no other plan is at least as cheap and better."""
-    order = np.lexsort((error, cost))
-    best = np.minimum.accumulate(error[order])
-    before = np.concatenate([[np.inf], best[:-1]])
-    result = np.empty(len(cost), dtype=bool)
-    result[order] = error[order] < before
-    return result

@@ -65,6 +65,10 @@ ONE_COVERAGE = mark(
     "One coverage has no other to be compared with: gross errors stay unseen, and only "
     "control says how good it was. Two: --n-coverages 2"
 )
+WHERE_IS_OF_ONE = mark(
+    "--where {where} counts with one coverage only (--n-coverages 1): here the target "
+    "is that of the RMS of all points."
+)
 OF_PLANS = mark(
     "up to: the high flight above ground; cost, images and control points are\n"
     "estimated, for each km²; errors are total, in cm"

@@ -195,3 +195,13 @@ def _steps_of(plans):
     logarithms = [np.log(part) for part in (low, high / low, plans["spacing"])]
     is_nine = plans["control_per_model"] == 9
     return np.column_stack([*logarithms, 0.5 * plans["n_coverages"], 0.5 * is_nine])
+
+
+def is_efficient(cost, error):
+    """Whether no other plan is at least as cheap and better."""
+    order = np.lexsort((error, cost))
+    best = np.minimum.accumulate(error[order])
+    before = np.concatenate([[np.inf], best[:-1]])
+    result = np.empty(len(cost), dtype=bool)
+    result[order] = error[order] < before
+    return result

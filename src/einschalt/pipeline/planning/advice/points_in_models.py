@@ -171,19 +171,38 @@ def _remedy(fill, given, does):
     spacing = _spacing_that(does, apart)
     needed = fill.height * fill.lacking
     lowest = int(np.argmin(needed))
-    larger = upwards(given["scale_number"][lowest] * fill.lacking[lowest])
+    exactly = given["scale_number"][lowest] * fill.lacking[lowest]
+    larger = upwards(exactly)
+    is_too_high, height = needed[lowest] > fill.limit, ""
+    if is_too_high:
+        height = needed[lowest] * float(larger) / exactly
+        height = _height_that(does, height, 2.0 * height, scale_number=float(larger))
     if not spacing:
-        return f"Give scale numbers of at least {larger}"
-    if needed[lowest] > fill.limit:
+        return _without_spacing(larger, height, is_too_high=is_too_high)
+    if is_too_high:
+        if not height:
+            return f"Give spacings of at most {spacing} m"
         return (
             f"Give spacings of at most {spacing} m: scale numbers of at least "
             f"{larger}, which would do as well, are flown too high for --max-height "
-            f"(high flight {upwards(needed[lowest])} m)"
+            f"(high flight {height} m)"
         )
     if not does(scale_number=float(larger)):
         return f"Give spacings of at most {spacing} m"
     return (
         f"Give spacings of at most {spacing} m, or scale numbers of at least {larger}"
+    )
+
+
+def _without_spacing(larger, height, *, is_too_high):
+    """What helps where no spacing does."""
+    if not is_too_high:
+        return f"Give scale numbers of at least {larger}"
+    if not height:
+        return "Give smaller spacings, and a greater --max-height"
+    return (
+        f"Give scale numbers of at least {larger} with a --max-height of at least "
+        f"{height} m"
     )
 
 
@@ -232,10 +251,10 @@ def _spacing_that(does, largest, **changes):
     return ""
 
 
-def _height_that(does, lowest, highest):
+def _height_that(does, lowest, highest, **changes):
     """Write the least round height below which there is a plan, or "" [m]."""
     height = upwards(lowest, 3)
-    while not does(max_height=float(height)):
+    while not does(max_height=float(height), **changes):
         if float(height) > highest:
             return ""
         height = upwards(float(height) / STEP_DOWN, 3)

@@ -8,6 +8,7 @@ from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number, scale
 from einschalt.pipeline.planning.advice.points_in_models import downwards
 from einschalt.pipeline.planning.flight_design import usable_model
+from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     CONTROL_PLACES,
@@ -158,13 +159,20 @@ def require_one_model(area, model, scale_number):
     largest = min(2.0 * width / size.min(), of_area)
     if scale_number > largest:
         apart = min(width / FEWEST_ROWS, np.sqrt(area.shape.area / FEWEST_POINTS))
+        is_possible = (
+            float(downwards(largest)) in BLOCK_RANGES["low_scale_number"]
+            and float(downwards(apart)) in BLOCK_RANGES["point_spacing"]
+        )
         raise GeometryError(
             f"the area, {number(area.extent[0], 3)} x {number(area.extent[1], 3)} m, "
             f"is too narrow or too small for models of the low flight, "
             f"{number(low[0], 3)} x {number(low[1], 3)} m",
             expected="an area of several models",
             remedy=f"Give scale numbers of at most {downwards(largest)}, with points "
-            f"at most {downwards(apart)} m apart; control alone does for less",
+            f"at most {downwards(apart)} m apart; control alone does for less"
+            if is_possible
+            else "Survey its points on the ground, or give a camera with smaller "
+            "images",
         )
 
 
