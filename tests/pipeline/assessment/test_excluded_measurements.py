@@ -135,3 +135,23 @@ def test_excluded_rows_are_in_no_figure_of_one_adjustment(exchanged):
 def test_downweighted_gross_errors_do_not_make_s_0_large(one_wrong):
     result = solved(one_wrong, "simultaneous", "huber")
     assert result.solution.adjustment.s_0 == pytest.approx(1.0, abs=0.15)
+
+
+def test_suspects_that_are_excluded_are_called_so(clean):
+    """Of a fitted point, which its model refuses: 3 m off in one of five models."""
+    points = clean.low_flight.model_points.copy()
+    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4
+    spoilt = with_low(clean, points)
+    remedies = {
+        how: {
+            f.code: f.remedy
+            for f in solved(spoilt, "simultaneous", how).assessment.findings
+        }
+        for how in ("keep", "snoop", "huber")
+    }
+    told = {how: codes["suspect_observations"] for how, codes in remedies.items()}
+    assert told == {
+        "keep": "measure_again_or_snoop",
+        "snoop": "measure_excluded_again",
+        "huber": "measure_again",
+    }

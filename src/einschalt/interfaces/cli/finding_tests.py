@@ -276,7 +276,11 @@ REMEDIES_OF = {
     "broken_network": ("check_network_in_parts",),
     "contradicting_control": ("look_for_wrong_control_or_raise_errors",),
     "gross_measurements": ("measure_rejected_again",),
-    "suspect_observations": ("measure_again_or_snoop", "measure_again"),
+    "suspect_observations": (
+        "measure_again_or_snoop",
+        "measure_excluded_again",
+        "measure_again",
+    ),
     "coverages_that_differ": ("measure_again_see_coverages",),
     "points_that_differ": ("look_for_gross_errors_and_exchanged_names",),
     "imprecise_points": ("measure_more_control_there",),

@@ -192,6 +192,8 @@ class TwoStepExamination(Examination):
     credible = cached_property(figure_of_two_steps)
     checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
+    # five control points of a high-flight model cannot spare one
+    snooped_flights = ("low_flight",)
     deformation = None
     apart_from_two_steps = NOTHING
     moved_by_left_out = cached_property(moved_by_left_out_control)
@@ -339,6 +341,7 @@ class SimultaneousExamination(Examination):
 
     solution: SimultaneousSolution
 
+    snooped_flights = ("high_flight", "low_flight")
     screening = property(attrgetter("solution.two_step.screening"))
     errors = iteration = propagation = None
     left_out_control = None

@@ -36,6 +36,7 @@ def examined_with(rows, outliers="keep", gross=None):
         residuals=rows,
         gross_measurements=rows.iloc[:0] if gross is None else gross,
         settings=SimpleNamespace(outliers=outliers),
+        snooped_flights=("low_flight",),
     )
 
 
@@ -53,7 +54,9 @@ def test_suspect_observations_come_worst_first():
     [
         ("low_flight", "keep", "measure_again_or_snoop"),
         ("high_flight", "keep", "measure_again"),
-        ("low_flight", "snoop", "measure_again"),
+        ("low_flight", "snoop", "measure_excluded_again"),
+        ("high_flight", "snoop", "measure_again"),
+        ("low_flight", "tukey", "measure_again"),
     ],
 )
 def test_snooping_is_named_where_it_would_help(flight, outliers, remedy):

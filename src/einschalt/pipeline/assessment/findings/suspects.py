@@ -26,15 +26,22 @@ def suspect_observations(examined):
     suspects = residuals[residuals["is_suspect"]].sort_values("p_value")
     if suspects.empty:
         return None
-    is_kept = examined.settings.outliers == "keep"
-    can_snoop = is_kept and (suspects["flight"] == "low_flight").any()
     return finding(
         "suspect_observations",
         statistic="residual",
         probability=np.nanmin(bonferroni(p_value)),
-        remedy="measure_again_or_snoop" if can_snoop else "measure_again",
+        remedy=_remedy_of(suspects, examined),
         **_observations(suspects, _largest(suspects, "residual")),
     )
+
+
+def _remedy_of(suspects, examined):
+    """What to do about suspects, of which data snooping may have excluded all."""
+    outliers, flights = examined.settings.outliers, suspects["flight"]
+    if outliers == "snoop" and flights.isin(examined.snooped_flights).all():
+        return "measure_excluded_again"
+    can_snoop = outliers == "keep" and (flights == "low_flight").any()
+    return "measure_again_or_snoop" if can_snoop else "measure_again"
 
 
 def gross_measurements(two_step):

@@ -8,6 +8,7 @@ REMEDIES = mark_each(
     {
         "measure_again": "Measure them again",
         "measure_again_or_snoop": 'Measure them again, or set outliers = "snoop"',
+        "measure_excluded_again": "They are excluded; measure them again",
         "measure_rejected_again": (
             "Measure them again; gross_measurements.csv lists all of them"
         ),
