@@ -9,6 +9,7 @@ import pytest
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import check_block
+from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
@@ -227,3 +228,17 @@ def test_many_lost_points_make_a_short_message(demo_block):
     )
     with pytest.raises(BlockError, match=r"point LOST0: .* in 4999 more rows"):
         with_control(demo_block, lambda table: pd.concat([table, lost]))
+
+
+def test_what_check_advises_is_what_the_adjustment_says(demo_block):
+    """A user was told to delete a model, and to merge it with its neighbour."""
+    low = demo_block.low_flight
+    points = low.model_points
+    first = points.iloc[0][["coverage", "model_id"]]
+    is_model = (points[["coverage", "model_id"]] == first).all(axis=1).to_numpy()
+    kept = ~is_model | (np.cumsum(is_model) <= 2)
+    few = replace(low, model_points=points[kept].reset_index(drop=True))
+    block = replace(demo_block, low_flight=few)
+    (problem,) = check_block(block).model_problems
+    failures = adjust_block(block).failures
+    assert problem.remedy == failures["remedy"].iloc[0]

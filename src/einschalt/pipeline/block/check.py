@@ -39,6 +39,9 @@ from einschalt.pipeline.block.scales import (
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 MODEL_KEY = ["coverage", "model_id"]
+NAMES_OF_POINTS = "Correct the names of its points, or delete the model"
+# as the simultaneous adjustment says it
+MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,7 +371,7 @@ class _Check:
                 expected="common points"
                 if common[place] == 0
                 else f"at least {least} common points",
-                remedy="Correct the names of its points, or delete the model",
+                remedy=NAMES_OF_POINTS if common[place] == 0 else MORE_POINTS,
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
                 model=facts["model"],
