@@ -155,3 +155,9 @@ def test_suspects_that_are_excluded_are_called_so(clean):
         "snoop": "measure_excluded_again",
         "huber": "measure_again",
     }
+
+
+def test_kept_exchanged_names_explain_deformations(exchanged):
+    judged = solved(exchanged, "simultaneous", "keep").assessment
+    found = {f.code: f.explained_by for f in judged.findings}
+    assert found["deformed_models"] == "exchanged_names"

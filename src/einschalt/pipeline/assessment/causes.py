@@ -26,6 +26,7 @@ OF_POINTS = {
 OF_BLOCK = {
     "adjustment_that_misfits",
     "claim_that_does_not_stand",
+    "deformed_models",
     "lone_wrong_check_point",
     "check_points_beyond_claim",
     "control_points_beyond_claim",
