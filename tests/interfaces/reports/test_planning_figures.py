@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+import shapely
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.plan_folder import write_figure, write_plan
@@ -11,6 +12,8 @@ from einschalt.interfaces.reports import figure_files
 from einschalt.interfaces.reports.planning_figures import diagrams_figure
 from einschalt.interfaces.reports.plans_figure import plans_figure
 from einschalt.interfaces.reports.precision_map_figure import precision_map_figure
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.recommended import plan_area, search_over
 from einschalt.pipeline.planning.arguments import planned_model
 from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.expected_precision import expect_precision
@@ -178,6 +181,42 @@ def test_map_has_one_colour_for_one_error(expected):
     assert titles[0] == f"expected: {100 * expected.figures.mean:.1f} cm"
     profile = next(p for p in panels if "One model" in p.get_title(loc="left"))
     assert profile.lines[0].get_ydata().max() >= 100 * expected.figures.single_centre
+
+
+def test_map_of_an_area_is_in_its_system_and_ends_at_its_border():
+    """A notch and a hole stay white."""
+    low = np.array([420_000.0, 330_000.0])
+    # the hole runs in the direction of the outline, as of any file
+    outline = [[0, 0], [4000, 0], [4000, 2000], [2000, 2000], [2000, 4000], [0, 4000]]
+    hole = [[500, 500], [1500, 500], [1500, 1500], [500, 1500]]
+    shape = shapely.Polygon(low + outline, [low + hole])
+    area = FlightArea(shapely.affinity.rotate(shape, 20.0, origin=tuple(low)))
+    choices = PlanChoices(
+        scale_number=(8000,), spacing=(250,), m_g_um=(10,), n_coverages=(2,)
+    )
+    found, frame = search_over(0.2, area, choices, PlanFrame())
+    plan = plan_area(area, found, frame)
+    figure = precision_map_figure(plan.checked.expected, area=plan.checked_on)
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())
+    panel = next(p for p in figure.axes if p.get_xlabel() == "east [km]")
+    east, north = panel.dataLim.intervalx, panel.dataLim.intervaly
+    bounds = np.array(area.shape.bounds) / 1e3
+    np.testing.assert_allclose([east[0], north[0], east[1], north[1]], bounds)
+
+    def is_white(place):
+        at = low + place
+        turned = shapely.affinity.rotate(shapely.Point(at), 20.0, origin=tuple(low))
+        column, row = panel.transData.transform([turned.x / 1e3, turned.y / 1e3])
+        around = pixels[
+            -int(row) - 3 : -int(row) + 3, int(column) - 3 : int(column) + 3
+        ]
+        return (around[..., :3] == 255).all(axis=-1).mean() > 0.5
+
+    assert is_white([1000.0, 1000.0])
+    assert is_white([3000.0, 3000.0])
+    assert not is_white([3000.0, 1000.0])
+    assert not is_white([1000.0, 3000.0])
 
 
 def test_files_are_the_same_each_time_and_whole(table, tmp_path):

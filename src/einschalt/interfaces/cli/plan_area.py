@@ -50,7 +50,7 @@ def over_area(asked: Asked) -> Answer:
     return Answer(
         "\n\n".join(parts),
         lambda: _tables_of(plan),
-        lambda: figures_of(plan.search, plan.checked),
+        lambda: figures_of(plan.search, plan.checked, area=plan.checked_on),
         scales_of(plan.checked.plan),
         headline=_headline_of(plan),
         files=lambda folder: _write_maps(plan, folder),

@@ -80,12 +80,13 @@ def search(asked: Asked) -> Answer:
     )
 
 
-def figures_of(found, checked, unshifted=None):
+def figures_of(found, checked, unshifted=None, area=None):
     """Draw the plans of a search, and the precision of the one that was checked.
 
-    ``unshifted``: the same layout without shifted coverages, if there is one.
+    ``unshifted``: the same layout without shifted coverages, if there is one;
+    ``area``: the FlightArea that it was laid out over.
     """
-    precision_map = _map_of(checked.expected, unshifted)
+    precision_map = _map_of(checked.expected, unshifted, area)
     return {**_figure_of(found, checked), "precision_map": precision_map}
 
 
@@ -319,11 +320,11 @@ def _without_shift(expected):
     return expect_precision(replace(expected.design, coverage_shift=0.0))
 
 
-def _map_of(expected, unshifted):
+def _map_of(expected, unshifted, area=None):
     # imported when figures are drawn: matplotlib takes its time
     from einschalt.interfaces.reports.precision_map_figure import precision_map_figure  # noqa: PLC0415
 
-    return precision_map_figure(expected, unshifted)
+    return precision_map_figure(expected, unshifted, area)
 
 
 def _whole(value):

@@ -2,6 +2,8 @@
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from einschalt.foundations.language import mark, translated
@@ -27,10 +29,13 @@ SHOWN = (0.0, 0.98)
 """Errors that the colours span; the few worst points have the darkest."""
 
 
-def precision_map_figure(expected, unshifted=None):
+def precision_map_figure(expected, unshifted=None, area=None):
     """Draw the expected precision over the area, and from the middle to the edge.
 
-    ``unshifted`` has coverages that are not shifted: what shifting gains.
+    ``unshifted`` has coverages that are not shifted: what shifting gains. ``area`` is
+    the FlightArea over which the points lie: it is drawn in its own system, with its
+    border, and nothing beyond. Without one easting and northing are those of the
+    points.
     """
     figures = expected.figures
     total = "standard_error_total"
@@ -56,7 +61,7 @@ def precision_map_figure(expected, unshifted=None):
             ),
         )
         for panel, (title, mean, of, column) in zip(axes[:-1], shown, strict=True):
-            drawn = _draw_map(panel, of, column, norm)
+            drawn = _draw_map(panel, of, column, norm, area)
             panel.set_title(f"{title}: {length(mean)}")
         axes[0].set_ylabel(translated("north [km]"))
         bar = figure.colorbar(drawn, ax=axes[:-1].tolist(), shrink=0.8, pad=0.012)
@@ -67,12 +72,11 @@ def precision_map_figure(expected, unshifted=None):
         return figure
 
 
-def _draw_map(panel, expected, column, norm):
+def _draw_map(panel, expected, column, norm, area):
     """Draw the precision of all points as a surface between them."""
     points = _new(expected.points)
     drawn = panel.tripcolor(
-        points["easting"] / 1e3,
-        points["northing"] / 1e3,
+        *_places(points, area),
         100.0 * points[column],
         shading="gouraud",
         cmap="cividis_r",
@@ -81,13 +85,17 @@ def _draw_map(panel, expected, column, norm):
     )
     control = expected.points[expected.points["role"] == "control"]
     panel.plot(
-        *(control[name] / 1e3 for name in ("easting", "northing")),
+        *_places(control, area),
         "^",
         markersize=3.2,
         markerfacecolor="white",
         markeredgecolor=INK,
         markeredgewidth=0.5,
     )
+    if area is not None:
+        border = PathPatch(_path_of(area), facecolor="none", edgecolor=INK, linewidth=1)
+        panel.add_patch(border)
+        drawn.set_clip_path(border)
     panel.set_aspect("equal")
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -95,6 +103,24 @@ def _draw_map(panel, expected, column, norm):
     panel.set_xlabel(translated("east [km]"))
     panel.grid(visible=False)
     return drawn
+
+
+def _places(points, area):
+    """Easting and northing of points, in the system of an area if there is one [km]."""
+    plane = points[["easting", "northing"]].to_numpy()
+    return (plane if area is None else area.to_ground(plane)).T / 1e3
+
+
+def _path_of(area):
+    """The border of an area, its holes as well [km]."""
+    import shapely  # noqa: PLC0415 - loaded when an area is drawn
+    from shapely.geometry.polygon import orient  # noqa: PLC0415
+
+    # holes run the other way round: they are not filled
+    parts = map(orient, shapely.get_parts(area.shape))
+    rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    paths = [Path(shapely.get_coordinates(ring) / 1e3, closed=True) for ring in rings]
+    return Path.make_compound_path(*paths)
 
 
 def _draw_profile(panel, expected):
