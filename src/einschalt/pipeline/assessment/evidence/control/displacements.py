@@ -124,7 +124,8 @@ def _pulled_by_one(two_step, points):
     names, means = points["point_id"], two_step.means
     median = _medians(means, names)
     apart = apart_from(points, pd.concat([median, means.points]))[:, :2]
-    known = two_step.points.set_index("point_id").reindex(names)
+    known = two_step.points.drop_duplicates("point_id").set_index("point_id")
+    known = known.reindex(names)
     half = np.where(known["n_models"] == 2, known["spread_total"] / np.sqrt(2.0), 0.0)
     return np.hypot(np.hypot(*apart.T), half)
 
