@@ -157,6 +157,38 @@ def test_suspects_that_are_excluded_are_called_so(clean):
     }
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_gross_error_that_takes_part_is_told_once_and_first(clean, method):
+    points = clean.low_flight.model_points.copy()
+    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4  # 3 m
+    result = solved(with_low(clean, points), method, "keep")
+    cause, *others = result.assessment.findings
+    assert cause.code == "kept_gross_measurements"
+    assert cause.facts["observations"] == (("low_flight", *MODEL, PAIR[0]),)
+    assert cause.observed == pytest.approx(3.2, abs=0.2)
+    assert len(others) > 5
+    assert {found.explained_by for found in others} == {cause.code}
+    assert result.assessment.causes == (cause.code,)
+    assert "gross errors take part" in result.summary().splitlines()[0]
+    # what it advises helps
+    followed = solved(with_low(clean, points), method, "snoop")
+    assert followed.assessment.claim_is_supported
+
+
+def test_what_is_still_found_without_gross_errors_does_not_follow_from_them(clean):
+    points = clean.low_flight.model_points.copy()
+    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4
+    control = clean.control_points.copy()
+    wrong = control.index[control["role"] == "control"][0]
+    control.loc[wrong, "easting"] += 3.0
+    block = replace(with_low(clean, points), control_points=control)
+    found = solved(block, "two_step", "keep").assessment.findings
+    explained_by = {one.code: one.explained_by for one in found}
+    assert "kept_gross_measurements" in explained_by
+    assert explained_by["control_that_contradicts"] == ""
+    assert explained_by["suspect_observations"] == "kept_gross_measurements"
+
+
 def test_kept_exchanged_names_explain_deformations(exchanged):
     judged = solved(exchanged, "simultaneous", "keep").assessment
     found = {f.code: f.explained_by for f in judged.findings}

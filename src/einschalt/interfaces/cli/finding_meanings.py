@@ -8,6 +8,10 @@ MEANINGS = mark_each(
         "exchanged_names": (
             "Pairs of points that were measured under each other's name."
         ),
+        "kept_gross_measurements": (
+            "Gross errors that take part in the computation, and spoil what is near "
+            "them."
+        ),
         "measurements_given_twice": (
             "Models or photographs that are copies of others."
         ),
@@ -193,6 +197,9 @@ CAUSES = mark_each(
     {
         "exchanged_names": (
             "Two points of a model were measured under each other's name."
+        ),
+        "kept_gross_measurements": (
+            "outliers is keep, and measurements are wrong, or wrongly named."
         ),
         "measurements_given_twice": (
             "A table was read twice, or a coverage was copied instead of measured."

@@ -8,6 +8,10 @@ TESTS = mark_each(
             "Whether m_0 of a model that fits badly becomes usual when the names of "
             "two of its points are exchanged."
         ),
+        "kept_gross_measurements": (
+            "What the other models of the flight contradict in a simultaneous "
+            "adjustment of it; and which findings are gone without these measurements."
+        ),
         "measurements_given_twice": (
             "Whether points of two models or photographs have identical coordinates "
             "to the last digit."
@@ -210,6 +214,7 @@ TESTS = mark_each(
 # codes of remedies: of the summary, or of the table below
 REMEDIES_OF = {
     "exchanged_names": ("put_the_names_right",),
+    "kept_gross_measurements": ("measure_again_or_snoop",),
     "measurements_given_twice": ("take_copies_out",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),
     "scale_numbers_contradicted": ("look_at_units_of_control", "correct_scale_number"),

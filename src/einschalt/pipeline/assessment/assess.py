@@ -74,6 +74,7 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     TWO_STEP,
     findings_of,
 )
+from einschalt.pipeline.assessment.kept_gross_errors import with_kept_gross_errors
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
 
@@ -181,10 +182,11 @@ def _of_its_way(examined):
 
 @_of_its_way.register
 def _(examined: TwoStepExamination):
+    found = with_causes(
+        findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
+    )
     return {
-        "findings": with_causes(
-            findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
-        ),
+        "findings": with_kept_gross_errors(examined, TWO_STEP, found),
         "precision": two_step_precision(examined),
         "control_strain": displaced_control_facts(examined),
     }
@@ -192,12 +194,13 @@ def _(examined: TwoStepExamination):
 
 @_of_its_way.register
 def _(examined: SimultaneousExamination):
+    found = with_causes(
+        findings_of(examined, SIMULTANEOUS),
+        examined.exchanged_names,
+        is_coupled=examined.settings.outliers == "keep",
+    )
     return {
-        "findings": with_causes(
-            findings_of(examined, SIMULTANEOUS),
-            examined.exchanged_names,
-            is_coupled=examined.settings.outliers == "keep",
-        ),
+        "findings": with_kept_gross_errors(examined, SIMULTANEOUS, found),
         "precision": simultaneous_precision(examined),
         "control_strain": suspect_control_facts(examined),
     }

@@ -44,4 +44,9 @@ def findings_of(examined, judges) -> tuple[Finding, ...]:
         finding = judge(examined)
         if finding is not None:
             found += finding if isinstance(finding, tuple) else (finding,)
-    return tuple(sorted(found, key=lambda finding: _RANK[finding.code]))
+    return in_order(found)
+
+
+def in_order(findings) -> tuple[Finding, ...]:
+    """Sort findings as they are told."""
+    return tuple(sorted(findings, key=lambda finding: _RANK[finding.code]))

@@ -4,10 +4,16 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.summary.finding_titles import title_of
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
+from einschalt.pipeline.summary.suggestions import suspects
 from einschalt.pipeline.summary.wording import flight_name
 
 MOST_SHOWN = 4
+GROSS = mark(
+    "{n_observations:count gross error} of up to {largest:length}, found by comparison "
+    "with the other models of the flight and left in the computation, worst first "
+    "(flight, coverage, model, point): {observations:observations of n_observations}"
+)
 REMEDIES = mark_each({"put_the_names_right": "Correct the names and compute again"})
 EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
@@ -29,6 +35,15 @@ def exchanged_names(finding):
     return Suggestion(
         translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
         translated(REMEDIES[finding.remedy]),
+        details=_explained(finding.facts["explains"]),
+    )
+
+
+def kept_gross_measurements(finding):
+    """Gross errors that take part, and what is gone without them."""
+    return Suggestion(
+        filled(GROSS, finding),
+        translated(suspects.REMEDIES[finding.remedy]),
         details=_explained(finding.facts["explains"]),
     )
 
@@ -55,4 +70,7 @@ def _explained(codes):
     return (translated(EXPLAINED, n=len(codes), findings=titles),)
 
 
-WORDS = {"exchanged_names": exchanged_names}
+WORDS = {
+    "exchanged_names": exchanged_names,
+    "kept_gross_measurements": kept_gross_measurements,
+}

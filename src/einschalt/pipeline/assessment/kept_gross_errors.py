@@ -1,0 +1,131 @@
+"""Gross errors that take part, as the cause of what else is found.
+
+With ``outliers = "keep"`` a single wrong measurement spoils the residuals of its model,
+the differences of its coverages, every figure of the block. So a small block in which
+something is found is computed once more without what contradicts the other models of
+its flight: findings that are gone by then follow from it.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.key_columns import rows_among
+from einschalt.pipeline.assessment.choice import MOST_TRIED
+from einschalt.pipeline.assessment.examination import examine
+from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
+from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
+from einschalt.pipeline.densification.gross_errors import find_gross_measurements
+from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
+from einschalt.pipeline.densification.two_steps import (
+    TwoStepSolution,
+    solve_in_two_steps,
+)
+from einschalt.theory.adjustment.multiple_testing import any_significant
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+
+OF_MODEL = ("flight", "coverage", "model_id")
+CODE = "kept_gross_measurements"
+# what no gross error makes, what is a cause itself, or a matter of single models and of
+# reading
+NO_CONSEQUENCES = {
+    *("exchanged_names", "measurements_given_twice"),
+    *("no_check_points", "figure_left_out", "note_of_reading", "failed_models"),
+    *("models_without_redundancy", "points_in_one_coverage", "points_in_one_model"),
+}
+
+
+def with_kept_gross_errors(examined, judges, findings):
+    """Put gross errors that take part before the findings that follow from them.
+
+    ``judges`` are those of the examination. As they were where nothing is kept, the
+    block is large, or no finding is gone without them.
+    """
+    may_follow = [found for found in findings if _may_follow(found)]
+    gross = _kept(examined) if may_follow else None
+    if gross is None:
+        return findings
+    try:
+        again = _solved_without(examined)
+    except EinschaltError:  # the rest does not hold together
+        return findings
+    remaining = {
+        found.code
+        for found in findings_of(again, judges)
+        if found.remedy != "measure_excluded_again"  # these are out
+    }
+    explained = [found for found in may_follow if found.code not in remaining]
+    if not explained:
+        return findings
+    marked = tuple(
+        replace(found, explained_by=CODE) if found in explained else found
+        for found in findings
+    )
+    return in_order((*marked, _finding(gross, explained)))
+
+
+def _may_follow(found):
+    return not found.explained_by and found.code not in NO_CONSEQUENCES
+
+
+def _kept(examined):
+    """Gross measurements that take part, the worst first; None without.
+
+    Without those of models in which names are exchanged: these are told by themselves.
+    """
+    two_step = examined.two_step
+    if examined.settings.outliers != "keep" or not two_step.is_possible:
+        return None
+    if sum(map(len, two_step.model_points.values())) > MOST_TRIED:
+        return None
+    table = find_gross_measurements(
+        examined.block, two_step.solution.flights, _snooping(examined)
+    ).table
+    exchanged = pd.DataFrame(
+        [(e.flight, e.coverage, e.model_id) for e in examined.exchanged_names],
+        columns=list(OF_MODEL),
+    )
+    table = table[~rows_among(table, exchanged, list(OF_MODEL))]
+    p_value = table["p_value"].to_numpy(dtype=float)
+    n_tested = len(examined.residuals)
+    if not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):
+        return None
+    return table.sort_values("p_value", kind="stable")
+
+
+def _snooping(examined):
+    return examined.settings.updated({"outliers": "snoop"})
+
+
+def _solved_without(examined):
+    solution = examined.solution
+    is_in_two_steps = isinstance(solution, TwoStepSolution)
+    solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
+    flights = examined.two_step.solution.flights
+    return examine(solve(solution.block, _snooping(examined), flights, _in_silence))
+
+
+def _in_silence(_stage):
+    """Report nothing: the work is done."""
+
+
+def _finding(gross, explained):
+    largest = float(
+        np.hypot(gross["residual_easting"], gross["residual_northing"]).max()
+    )
+    return finding(
+        "kept_gross_measurements",
+        names=gross["point_id"],
+        statistic="residual",
+        observed=largest,
+        probability=gross["p_value"].iloc[0],
+        remedy="measure_again_or_snoop",
+        facts={
+            "n_observations": len(gross),
+            "observations": row_keys(gross, OBSERVATION),
+            "largest": largest,
+            "explains": tuple(found.code for found in explained),
+        },
+    )
