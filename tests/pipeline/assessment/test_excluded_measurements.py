@@ -193,3 +193,32 @@ def test_kept_exchanged_names_explain_deformations(exchanged):
     judged = solved(exchanged, "simultaneous", "keep").assessment
     found = {f.code: f.explained_by for f in judged.findings}
     assert found["deformed_models"] == "exchanged_names"
+
+
+@pytest.fixture(scope="module")
+def one_wrong_control():
+    """A control point 3 m off, which one model of the high flight holds."""
+    block = simulate_block("demo", seed=24)
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == "1013", "easting"] += 3.0
+    return replace(block, control_points=control)
+
+
+def test_control_whose_only_measurement_is_excluded_makes_no_pattern(one_wrong_control):
+    """It was called a broken network, of 31 times the true error."""
+    result = solved(one_wrong_control, "two_step", "snoop")
+    gross = result.solution.gross_measurements
+    assert gross["flight"].tolist() == ["high_flight"]
+    assert result.examination.excluded_control == set(gross["point_id"])
+    assert 0.7 < result.assessment.credible.value / true_error(result) < 1.7
+    assert "broken_network" not in {f.code for f in result.assessment.findings}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_wrong_control_is_no_gross_measurement(one_wrong_control, method):
+    found = solved(one_wrong_control, method, "keep").assessment.findings
+    codes = {one.code: one.explained_by for one in found}
+    assert "kept_gross_measurements" not in codes
+    control = {"control_that_contradicts", "control_against_block"} & set(codes)
+    assert control
+    assert all(codes[code] == "" for code in control)

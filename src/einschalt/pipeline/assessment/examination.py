@@ -62,6 +62,7 @@ from einschalt.pipeline.assessment.evidence.variance_components import (
     estimate_components,
 )
 from einschalt.pipeline.assessment.evidence.without_gross_errors import (
+    excluded_control,
     internal_of_good_points,
 )
 from einschalt.pipeline.assessment.facts.model_deformation import (
@@ -198,6 +199,7 @@ class TwoStepExamination(Examination):
     apart_from_two_steps = NOTHING
     moved_by_left_out = cached_property(moved_by_left_out_control)
     internal_of_good = cached_property(internal_of_good_points)
+    excluded_control = cached_property(excluded_control)
 
     @property
     def two_step(self):
@@ -317,7 +319,7 @@ class TwoStepExamination(Examination):
     @cached_property
     def control_patterns(self):
         """Control that is wrong together: ControlPatterns."""
-        return find_control_patterns(self)
+        return find_control_patterns(self, self.excluded_control)
 
     @cached_property
     def exchanged_names(self):
@@ -393,7 +395,8 @@ class SimultaneousExamination(Examination):
         """Those of the two steps, but for what was set aside."""
         if not self._set_aside or not self.two_step.is_possible:
             return self.two_step.control_patterns
-        return find_control_patterns(self.two_step, self._set_aside)
+        set_aside = self._set_aside | self.two_step.excluded_control
+        return find_control_patterns(self.two_step, set_aside)
 
     @cached_property
     def height_claim(self):

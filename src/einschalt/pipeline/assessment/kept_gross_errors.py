@@ -13,11 +13,15 @@ import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.choice import MOST_TRIED
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
-from einschalt.pipeline.densification.gross_errors import find_gross_measurements
+from einschalt.pipeline.densification.gross_errors import (
+    HIGH,
+    find_gross_measurements,
+)
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.two_steps import (
     TwoStepSolution,
@@ -88,6 +92,9 @@ def _kept(examined):
         columns=list(OF_MODEL),
     )
     table = table[~rows_among(table, exchanged, list(OF_MODEL))]
+    control = examined.block.control_points["point_id"]
+    if is_among(table["point_id"][table["flight"] == HIGH], control).any():
+        return None  # nothing tells whether it or the given coordinates are wrong
     p_value = table["p_value"].to_numpy(dtype=float)
     n_tested = len(examined.residuals)
     if not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):

@@ -14,7 +14,7 @@ from scipy.special import chdtrc
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import rows_among
-from einschalt.foundations.names import encode, encode_pairs
+from einschalt.foundations.names import encode, encode_pairs, is_among
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
 from einschalt.pipeline.assessment.evidence.without_gross_errors import (
     gross_rows,
@@ -221,6 +221,7 @@ def _strain(examined, transformations, errors, affine):
     block, bent = examined.block, examined.own_deformation
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
+    is_used = is_used & ~is_among(control["point_id"], examined.excluded_control)
     tables = {name: block.flights[name].points_to_fit for name in transformations}
     held = pd.concat([table["point_id"] for table in tables.values()])
     names = encode(pd.concat([control["point_id"], held]))

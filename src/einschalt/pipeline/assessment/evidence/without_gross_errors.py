@@ -10,7 +10,7 @@ from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.densification.gross_errors import is_gross
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
-from einschalt.stages.error_propagation.error_model import LOW
+from einschalt.stages.error_propagation.error_model import HIGH, LOW
 from einschalt.stages.model_screening import suspect_rows
 
 # beyond this share suspects are no gross errors: the model of errors is wrong
@@ -33,6 +33,21 @@ def gross_rows(examined, flight, transformation):
         suspects = examined.screening.suspects
         is_out |= ~has_residual & is_among(points["point_id"], suspects)
     return is_out
+
+
+def excluded_control(two_step):
+    """Names of the control points whose high-flight measurements are all gross errors.
+
+    Nothing follows from their given coordinates: these, or the measurements, are wrong.
+    """
+    gross, control = two_step.gross_measurements, two_step.block.control_points
+    gross = gross.loc[gross["flight"] == HIGH, "point_id"]
+    if control is None or gross.empty:
+        return frozenset()
+    measured = two_step.model_points[HIGH]["point_id"].value_counts()
+    out = gross.value_counts()
+    names = out.index[(out == measured.reindex(out.index)).to_numpy()]
+    return frozenset(names[is_among(names, control["point_id"])])
 
 
 def good_rows(is_suspect):
