@@ -41,6 +41,7 @@ extensions = [
     "sphinx_design",  # cards of the home page
     "sphinx_copybutton",
     "mathml",  # formulas without scripts
+    "plan_fields",  # of the classes of plans
     "generated_reference",  # commands, settings and findings from the program itself
 ]
 exclude_patterns = [

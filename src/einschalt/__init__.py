@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
     )
+    from einschalt.pipeline.planning.arguments import PlanCosts as PlanCosts
     from einschalt.pipeline.planning.flight_design import FlightDesign as FlightDesign
     from einschalt.pipeline.planning.precision_table import (
         optimal_scale as optimal_scale,
@@ -105,6 +106,7 @@ _HOME = {
     "plan_area": "einschalt.interfaces.python_plans",
     "PlanChoices": "einschalt.pipeline.planning.search",
     "PlanFrame": "einschalt.pipeline.planning.search",
+    "PlanCosts": "einschalt.pipeline.planning.arguments",
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",

@@ -161,6 +161,20 @@ def test_texts_that_results_keep_are_recognised():
         assert "250,5 m" in told
 
 
+def test_amounts_have_groups_and_names_of_digits_have_none():
+    many = (
+        "3 of 40 plans were not tried: their low flights would take more than 20000 "
+        "models over this area. Split it into parts of at most 12.5 km² to have all of "
+        "them tried."
+    )
+    with written_in("de"):
+        assert "mehr als 20\u202f000 Modelle" in retold(many)
+        assert retold("at most 20000, which cover 380 km²").startswith(
+            "höchstens 20\u202f000, "
+        )
+        assert retold("point 20000") == "Punkt 20000"
+
+
 def test_choices_and_lists_are_told_word_by_word():
     with written_in("de"):
         assert retold("two_step, simultaneous or auto").endswith(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import shapely
 
 import einschalt as es
 from einschalt.foundations.arguments import as_numbers, as_path, described
@@ -436,3 +437,30 @@ def test_numbers_of_series_with_missing_values():
     with pytest.raises(SettingsError, match="m_t = an ndarray of shape"):
         as_numbers("m_t", np.array([True]))
     assert as_path("folder", Path("out")) == Path("out")
+
+
+def test_advice_on_plans_names_arguments_of_python():
+    """It named ``--spacing`` and ``--max-height``, which Python has not."""
+    choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
+    with pytest.raises(es.EinschaltError, match="max_height must") as caught:
+        es.plan_area(0.05, shapely.box(0, 0, 400_000, 400_000), choices)
+    assert "--" not in str(caught.value)
+    low = es.PlanFrame(max_height=300)
+    with pytest.raises(es.EinschaltError, match="max_height") as caught:
+        es.find_plans(0.05, choices, low)
+    assert "--" not in str(caught.value)
+    missed = es.find_plans(0.011, choices)
+    assert "n_settings" in str(missed)
+    assert "--" not in missed.verdict + str(missed)
+
+
+def test_prices_have_a_public_name():
+    costs = es.PlanCosts(image=12, control_point=60)
+    found = es.find_plans(
+        0.05,
+        es.PlanChoices(scale_number=8000, spacing=300, m_g_um=5),
+        es.PlanFrame(costs=costs),
+    )
+    assert found.plans["cost"].gt(0).all()
+    with pytest.raises(es.EinschaltError, match="image = -1"):
+        es.PlanCosts(image=-1)

@@ -108,7 +108,8 @@ def plan() -> pd.DataFrame:
     design = es.FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
     expected = es.expect_precision(design, coverage_mean="all")
     choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
-    found = es.find_plans(expected.figures.mean, choices, es.PlanFrame(kind="rigid"))
+    frame = es.PlanFrame(kind="rigid", costs=es.PlanCosts(image=12.5))
+    found = es.find_plans(expected.figures.mean, choices, frame)
     plan = es.plan_area(0.05, "area.gpkg", choices, crs="EPSG:31255")
     if not plan.is_recommended:
         raise SystemExit(plan.verdict())

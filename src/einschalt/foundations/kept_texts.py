@@ -59,6 +59,12 @@ AS_TYPED = re.compile(
     r"""(?:['"]|EPSG:|--[\w-]+ |= """
     r"""|\b(?:point|image|name|block|column|row|version) )\{(\w+)\}"""
 )
+# an amount by the words beside it, and not a name of digits
+COUNTED = re.compile(
+    r"\b(?:at most|at least|more than|fewer than) \{(\w+)\}"
+    r"|(?<!model )(?<!point )(?<!image )(?<!row )\{(\w+)\} "
+    r"(?:models|points|plans|images|photographs|combinations|characters)\b"
+)
 WORD = re.compile(r"[^\W\d_]{2,}")
 # names, paths, columns, options
 QUOTED = re.compile(r"""'[^']*'|"[^"]*"|„[^“]*“|--[\w-]+|\S*[\w.][/_.=\d]\w\S*""")
@@ -180,10 +186,14 @@ def _readings(name, text):
         if rest != placed[2]:
             yield f"{placed[1]} {rest}"
     filled = _as_typed_or_chosen if text.startswith(TYPED) else _again
-    for words, pattern, message, typed in _patterns(name):
+    for words, pattern, message, (typed, counted) in _patterns(name):
         if words in text and (found := pattern.fullmatch(text)):
             parts = {
-                place: part if place in typed else filled(part)
+                place: part
+                if place in typed
+                else numbers_set(part)
+                if place in counted and part.isdecimal()
+                else filled(part)
                 for place, part in found.groupdict().items()
             }
             numbered = sorted(place for place in parts if place.startswith("_"))
@@ -264,7 +274,7 @@ def _patterns(name):
             max((part[0] for part in _parsed(english)), key=len),
             _pattern(english),
             german,
-            _as_typed(english),
+            (_as_typed(english), _counted(english)),
             len(re.sub(r"\{.*?\}", "", english)),
         )
         for english, german in catalogue(name)._catalog.items()
@@ -276,6 +286,11 @@ def _patterns(name):
 
 def _as_typed(message):
     return {_group(place) for place in AS_TYPED.findall(message)}
+
+
+def _counted(message):
+    found = COUNTED.findall(message)
+    return {_group(place) for places in found for place in places if place}
 
 
 def _group(place):

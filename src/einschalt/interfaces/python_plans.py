@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
 
+from einschalt.foundations.argument_names import naming_arguments, with_arguments
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
@@ -36,6 +37,15 @@ class ExpectedPrecision(expected_precision.ExpectedPrecision):
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanSearch(search.PlanSearch):
     """All plans, the cheapest that reach the target first, with figures."""
+
+    @property
+    def verdict(self) -> str:
+        """The answer on one line; what would help names arguments of Python."""
+        return with_arguments(super().verdict)
+
+    def summary(self) -> str:
+        """Return the plans as text."""
+        return with_arguments(super().summary())
 
     @property
     def plot(self) -> SearchPlots:
@@ -89,7 +99,8 @@ def expect_precision(
     True
     """
     means = {"coverage_mean": coverage_mean, "weighting": weighting}
-    found = expected_precision.expect_precision(design, **means, seed=seed)
+    with naming_arguments():
+        found = expected_precision.expect_precision(design, **means, seed=seed)
     return ExpectedPrecision(**plain_fields(found))
 
 
@@ -141,7 +152,8 @@ def find_plans(
     >>> bool((found.feasible["expected_mean"] <= 0.05).all())
     True
     """
-    found = search.find_plans(target, choices, frame, where=where, by=by)
+    with naming_arguments():
+        found = search.find_plans(target, choices, frame, where=where, by=by)
     return PlanSearch(**plain_fields(found))
 
 
@@ -201,15 +213,16 @@ def plan_area(
     >>> plan.is_recommended, len(plan.flown.control) > 20
     (True, True)
     """
-    if isinstance(area, str | PathLike):
-        area = read_area(area, crs=crs)
-    else:
-        area = FlightArea(area, crs)
-    heights = None
-    if ground_heights is not None:
-        heights = read_heights_over(ground_heights, area)
-    frame = PlanFrame() if frame is None else frame
-    found, frame = recommended.search_over(target, area, choices, frame)
-    return recommended.plan_area(
-        area, found, frame, heights=heights, follows=follows_terrain
-    )
+    with naming_arguments():
+        if isinstance(area, str | PathLike):
+            area = read_area(area, crs=crs)
+        else:
+            area = FlightArea(area, crs)
+        heights = None
+        if ground_heights is not None:
+            heights = read_heights_over(ground_heights, area)
+        frame = PlanFrame() if frame is None else frame
+        found, frame = recommended.search_over(target, area, choices, frame)
+        return recommended.plan_area(
+            area, found, frame, heights=heights, follows=follows_terrain
+        )

@@ -256,7 +256,7 @@ def _check_unit(frame, distance):
     )
     expected = "millimetres, from the principal point"
     if np.median(sizes) > WIDEST_FIELD * distance:
-        remedy = "Did you give pixels? Convert them by Camera, or give --camera"
+        remedy = "Did you give pixels? Convert them by a camera: Camera, or --camera"
     elif values.min() >= 0.0 and sizes.max() > distance:
         found = f"{found}, none of them negative"
         remedy = "Is the origin in a corner? Subtract the principal point"
