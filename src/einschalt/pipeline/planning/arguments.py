@@ -120,11 +120,11 @@ def take_single_numbers(choices):
 
 
 def require_costs(costs):
-    """See that prices are :class:`PlanCosts`: they have no public name."""
+    """See that prices are :class:`PlanCosts`."""
     require_kind(
         *("costs", costs, PlanCosts),
         expected="PlanCosts",
-        remedy="Write costs=dataclasses.replace(PlanFrame().costs, image=12)",
+        remedy="Write costs=PlanCosts(image=12)",
     )
 
 
