@@ -19,7 +19,7 @@ SECTIONS = dict(
 )
 FENCED = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 # what a block of the page is the content of
-FILES = {"csv": "heights.csv", "json": "area.geojson", "xyz": "ground.xyz"}
+FILES = {"csv": "heights.csv", "json": "region.geojson", "xyz": "ground.xyz"}
 # a scale, or a length with its unit, as prose and tables write them
 FIGURE = re.compile(r"1:\d+|\d+(?:\.\d+)?(?= (?:cm|mm|µm|m)\b)")
 

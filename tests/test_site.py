@@ -24,7 +24,7 @@ BUILT = {"gallery", "recipes", "generated", "_build"}  # by make docs
 PAGES = {
     page.relative_to(DOCS).with_suffix("").as_posix(): page.read_text(encoding="utf-8")
     for page in sorted(DOCS.rglob("*.md"))
-    if not BUILT & set(page.parts)
+    if not BUILT & set(page.relative_to(DOCS).parts)
 }
 NOTEBOOKS = [name for name, text in PAGES.items() if "{code-cell}" in text]
 WALKS = [

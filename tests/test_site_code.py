@@ -2,15 +2,17 @@
 
 What the tests of single pages run and compare is left to them: the tutorials
 (test_site), the planning guide (test_planning_guide), the README's result and
-docs/summary.md (test_readme), docs/figures.md and the theory (test_docs). All others
-run here, at a desk where the files lie that they name.
+docs/summary.md (test_readme), docs/figures.md (test_figures of the notebook) and the
+theory (test_docs). All others run here, at a desk where the files lie that they name.
 """
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -203,7 +205,8 @@ def started_computers():
         yield start
     finally:
         for process in reversed(running):
-            process.terminate()
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGTERM)
         for process in running:
             process.wait(30)
 
