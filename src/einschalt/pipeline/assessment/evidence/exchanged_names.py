@@ -180,10 +180,13 @@ def _known_by_values(solution, name):
     [, height], residual_easting, residual_northing (value less median) [m], is_suspect.
     Of points with three values and more: of fewer the median is no place of its own.
     """
+    suspects = _suspects(solution, name)
+    suspects = suspects[~is_among(suspects, solution.ground_of(name)["point_id"])]
+    if not len(suspects):  # values of a country need not be made for nothing
+        return pd.DataFrame(columns=[*MODEL, "point_id"])
     values = solution.first_fit(name).own_values
     axes = _ground_columns(values)[1:]
-    is_open = ~is_among(values["point_id"], solution.ground_of(name)["point_id"])
-    is_open &= is_among(values["point_id"], _suspects(solution, name))
+    is_open = is_among(values["point_id"], suspects)
     values = values[is_open & values["easting"].notna().to_numpy()]
     by_point = values.groupby("point_id", sort=False)
     values = values[(by_point["easting"].transform("size") >= LEAST_VALUES).to_numpy()]
