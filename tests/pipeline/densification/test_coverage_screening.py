@@ -76,7 +76,10 @@ def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
     assert re.match(r"\d points? with coverages that differ significantly", said)
     assert f" cm: {name}" in said
     assert "coverages.csv" in said
-    assert said in result.summary().replace("\n    ", " ")
+    # of the gross error that takes part, and told under it
+    told = {f.code: f.explained_by for f in result.assessment.findings}
+    assert told["coverages_that_differ"] == "kept_gross_measurements"
+    assert "differing coverages" in result.summary().replace("\n        ", " ")
 
 
 def test_practice_of_1968_finds_it_too_and_off_marks_nothing():
