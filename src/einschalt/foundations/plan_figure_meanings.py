@@ -92,6 +92,13 @@ PLAN_JSON = {
                 "and reaches the target as well"
             ),
         ),
+        "finer": (
+            "",
+            (
+                "values between those that were tried, by choice: a plan of them may "
+                "be some per cent cheaper; empty where they were tried as well"
+            ),
+        ),
         "effort": ("", "the rows of effort.csv"),
         "cost_of_area": ("", "cost of the plan over the whole area, counted"),
         "next_cost_of_area": (
@@ -100,6 +107,11 @@ PLAN_JSON = {
         ),
     },
     "next_best": OF_ROW,
+    "finer": {
+        "scale_number": ("", "scale numbers of the low flight"),
+        "high_over_low": ("", "those of the high flight over those of the low flight"),
+        "n_settings": ("", "pointings at a point"),
+    },
     "expected_on_layout": {
         "mean": ("m", "expected TOTAL of the mean of all values of a new point, RMS"),
         "worst": ("m", OF_95),

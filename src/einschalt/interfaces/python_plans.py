@@ -1,5 +1,6 @@
 """The Python interface of planning: plans that draw themselves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
@@ -166,6 +167,7 @@ def plan_area(
     crs: str | None = None,
     ground_heights: str | PathLike[str] | None = None,
     follows_terrain: bool | None = None,
+    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]] = (),
 ) -> AreaPlan:
     """Plan a flight over an area that reaches a precision on its own layout.
 
@@ -190,6 +192,10 @@ def plan_area(
         keeps one altitude. Where left out, photographs follow the ground if
         ``frame.max_height`` limits them. In both cases none is more than that above the
         ground straight below it.
+    refine : sequence of str, optional
+        Choices of which values between those given are tried as well, about the
+        cheapest plan that reaches the target: "scale_number", "high_over_low",
+        "n_settings". ``checked.finer`` of the plan has what was left between.
 
     Returns
     -------
@@ -223,6 +229,5 @@ def plan_area(
             heights = read_heights_over(ground_heights, area)
         frame = PlanFrame() if frame is None else frame
         found, frame = recommended.search_over(target, area, choices, frame)
-        return recommended.plan_area(
-            area, found, frame, heights=heights, follows=follows_terrain
-        )
+        ground = {"heights": heights, "follows": follows_terrain}
+        return recommended.plan_area(area, found, frame, refine=refine, **ground)

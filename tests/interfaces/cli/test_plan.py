@@ -112,7 +112,14 @@ def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
     assert {"plans.csv", "plans.parquet", "plans.png", "plans.svg"} <= files
     assert {"precision_map.png", "expected_points.csv", "summary.txt"} <= files
     plans = pd.read_csv(tmp_path / "plan" / "plans.csv")
-    assert 30 < len(plans) <= 2 * 5 * 2 * 2
+    flights = plans["high_scale_number"] / plans["scale_number"]
+    asked = plans[flights.round(4).isin(es.PlanChoices.high_over_low)]
+    assert 30 < len(asked) <= 2 * 5 * 2 * 2
+    # about the best of them also what lies between, of what was not asked for
+    between = plans.drop(asked.index)
+    assert 0 < len(between) <= 4 * 2
+    assert len(set(between["scale_number"])) == 1
+    assert set(plans["n_settings"]) == {2, 4}
     assert (plans.loc[plans["is_feasible"], "reached"] <= 0.06).all()
 
 

@@ -422,7 +422,7 @@ def test_settings_more_of_a_layout_are_known_from_it(found):
     trials = Trials(found.plans, 0.05, patience=3, enough=2)
     plan = found.plans[found.plans["n_settings"] == 1].iloc[0]
     design = design_of(plan, PlanFrame())
-    trials.learn(CheckedPlan(plan, propagate_design(design), 0.06, 0.05))
+    trials.learn(CheckedPlan(plan, propagate_design(design), 0.06, 0.05, found))
     same = found.plans[list(LAYOUT)].eq(plan[list(LAYOUT)]).all(axis=1)
     same &= found.plans["m_g_um"] == plan["m_g_um"]
     (other,) = np.flatnonzero(same & (found.plans["n_settings"] == 4))

@@ -14,6 +14,7 @@ from einschalt.interfaces.cli.plan_layouts import (
     headline_of,
     notes_of,
     problem_of,
+    refined_by,
     said_of_frame,
     scales_of,
     tables_of_layout,
@@ -40,6 +41,7 @@ def over_area(asked: Asked) -> Answer:
         plan = plan_area(
             *(area, found, frame),
             heights=heights,
+            refine=refined_by(asked),
             progress=progress,
         )
     parts = [

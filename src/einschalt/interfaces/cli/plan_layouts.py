@@ -17,6 +17,7 @@ from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
 from einschalt.pipeline.planning.advice.effort import describe_effort
+from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.arguments import RANGES
@@ -49,7 +50,8 @@ def search(asked: Asked) -> Answer:
     )
     try:
         with late_progress() as progress:
-            checked = check_plans(found, frame, progress=progress)
+            given = {"refine": refined_by(asked), "progress": progress}
+            checked = check_plans(found, frame, **given)
     except EinschaltError as error:
         # the plans are what was asked for; the check of the best comes on top
         message = mark("No plan is recommended: the best cannot be laid out: {reason}")
@@ -63,6 +65,7 @@ def search(asked: Asked) -> Answer:
             notes=notes_of(found.nearest["n_coverages"]),
         )
 
+    found = checked.search
     parts = [
         f"{checked.verdict()}\n{said_of_frame(asked)}",
         found.summary(),
@@ -94,7 +97,8 @@ def headline_of(checked):
     """Row of the plan that was checked, for programs, and whether it holds."""
     other = checked.next_best
     return _of_checked(checked) | {
-        "next_best": None if other is None else _of_checked(other)
+        "finer": checked.finer,
+        "next_best": None if other is None else _of_checked(other),
     }
 
 
@@ -233,6 +237,11 @@ def choices_of(asked) -> PlanChoices:
             for name in PlanChoices.__dataclass_fields__
         }
     )
+
+
+def refined_by(asked):
+    """Give the choices that are not asked for, and can have any value."""
+    return [name for name in REFINED if name not in asked.typed]
 
 
 def _usual_scales(asked):

@@ -1,15 +1,24 @@
 """Plans of a search held against the propagation on their own layouts."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import number, per_cent, wrapped
+from einschalt.pipeline.planning.advice.finer_choices import (
+    REFINED,
+    describe_finer,
+    finer_choices,
+    plans_between,
+    searched_with,
+)
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
@@ -17,6 +26,7 @@ from einschalt.pipeline.planning.expected_precision import (
     propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.search import PlanSearch
 from einschalt.pipeline.planning.text import (
     OF_ONE_COVERAGE,
     ONE_COVERAGE,
@@ -31,6 +41,8 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # layouts that are propagated, and those that may miss before the closed estimate is
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
+MOST_BETWEEN = 6  # beside the cheapest of them
+ALIKE = 0.1  # of logarithms of scales
 MOST_REFUSED = 60  # layouts that cannot be flown
 MOST_SAID = 3  # plans that miss the target, the cheapest
 RECOMMENDED = 2  # the plan that is recommended, and the next best
@@ -44,6 +56,7 @@ class CheckedPlan(Result):
     propagated: PropagatedBlock
     reached: float  # error at the place of the target [m]
     target: float  # [m]
+    search: PlanSearch  # with the plans between those that were asked for
     # other plans that were tried: rows of those that miss, with the error that they
     # come to [m], and of those that cannot be flown, with the reason
     missed: tuple[tuple[pd.Series, float], ...] = ()
@@ -55,6 +68,8 @@ class CheckedPlan(Result):
     # whether costs were counted on a layout over an area; otherwise they are estimated
     is_counted: bool = False
     asked_where: str = "everywhere"  # place of the target, which one coverage has
+    # values of choices between those that were tried, of which one may be cheaper
+    finer: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def expected(self) -> ExpectedPrecision:
@@ -98,6 +113,7 @@ class CheckedPlan(Result):
             )
             lines.append(wrapped(said, first="  ", indent="    "))
         said = [*self._said_of_missed(), *said_of_refused(self.refused)]
+        said += [describe_finer(self.finer)] if self.finer else []
         lines += [wrapped(text, first="  ", indent="    ") for text in said]
         return "\n".join(lines)
 
@@ -154,6 +170,7 @@ def check_plans(
     judge=None,
     cost=None,
     count=None,
+    refine=(),
     progress=None,
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
@@ -171,56 +188,121 @@ def check_plans(
     of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
     cost of the row; ``count(plan)`` what it would cost as it is laid out, for each km²,
     where rows have but an estimate: asked of plans that may be the cheapest, before one
-    is propagated; None where counting has taken enough. ``progress(title, fraction)``
-    is told.
+    is propagated; None where counting has taken enough. ``refine`` names choices of
+    which values between those of the search are tried as well, about the cheapest that
+    is kept: those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
-    cost = cost or (lambda plan: plan["cost"])
-    judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
-    tried, refused, dropped = [], [], {}
+    refine = [refine] if isinstance(refine, str) else list(refine)
+    for name in refine:
+        require_choice("refine", name, tuple(REFINED))
+    tries = _Tries(
+        search,
+        judge or (lambda plan: propagate_design(design_of(plan, frame))),
+        cost or (lambda plan: plan["cost"]),
+        progress,
+    )
     plans = _with_several_coverages(search)
     trials = Trials(plans, search.target, patience, enough, count)
-    while len(tried) < most and len(refused) < MOST_REFUSED:
-        plan = trials.next()
-        if plan is None:
-            break
-        if progress is not None:
-            done = max(len(tried) / most, len(refused) / MOST_REFUSED)
-            progress("laying out plans", done)
-        try:
-            found = _checked(plan, search, judge, cost, is_last=not trials.promise)
-        except EinschaltError as error:
-            refused.append(error)
-            trials.refuse(plan)
-            dropped[plan.name] = plan, error
-            continue
-        trials.learn(found[0])
-        tried.append(found)
-        if not found[0].is_kept:
-            dropped[plan.name] = plan, found[0].reached
-    return _best_of(tried, refused, dropped, cost)
+    # what progress counts
+    all_tried = most + (MOST_BETWEEN if refine else 0)
+    tries.go(trials, most, all_tried)
+    best = tries.best()
+    if refine and best.is_kept:
+        more = plans_between(search, best.plan, frame, refine)
+        tries.search = search = searched_with(search, more)
+        trials = trials.extended(pd.concat([plans, more]))
+        tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
+        best = tries.best()
+    finer = finer_choices(search.plans, best.plan) if best.is_kept else {}
+    return replace(best, search=search, finer=finer)
 
 
-def _checked(plan, search, judge, cost, *, is_last):
-    """Propagate a plan; give it with its cost, None where it is not needed."""
-    propagated = judge(plan)
-    reached, place = _at_place(propagated, search.where)
-    given = {"place": place, "asked_where": search.where}
-    found = CheckedPlan(plan, propagated, reached, search.target, **given)
-    return found, cost(plan) if found.is_kept or is_last else None
+@dataclass
+class _Tries:
+    """Layouts that were propagated or refused, and what that needs."""
+
+    search: PlanSearch
+    judge: Callable
+    cost: Callable
+    progress: Callable | None
+    tried: list = field(default_factory=list)  # CheckedPlan with its cost
+    refused: list = field(default_factory=list)  # errors
+    # by name of a plan: itself with its error [m], or with the reason
+    dropped: dict = field(default_factory=dict)
+
+    def go(self, trials, most, all_tried):
+        """Try what is worth it, until ``most`` are propagated in all."""
+        while len(self.tried) < most and len(self.refused) < MOST_REFUSED:
+            plan = trials.next()
+            if plan is None:
+                break
+            if self.progress is not None:
+                n_tried, n_refused = len(self.tried), len(self.refused)
+                done = max(n_tried / all_tried, n_refused / MOST_REFUSED)
+                self.progress("laying out plans", done)
+            try:
+                found = self._checked(plan, is_last=not trials.promise)
+            except EinschaltError as error:
+                self.refused.append(error)
+                trials.refuse(plan)
+                self.dropped[plan.name] = plan, error
+                continue
+            trials.learn(*found)
+            self.tried.append(found)
+            if not found[0].is_kept:
+                self.dropped[plan.name] = plan, found[0].reached
+
+    def _checked(self, plan, *, is_last):
+        """Propagate a plan; give it with its cost, None where it is not needed."""
+        search = self.search
+        propagated = self.judge(plan)
+        reached, place = _at_place(propagated, search.where)
+        given = {"place": place, "asked_where": search.where}
+        found = CheckedPlan(plan, propagated, reached, search.target, search, **given)
+        return found, self.cost(plan) if found.is_kept or is_last else None
+
+    def best(self):
+        """Put the cheapest that is kept, the next and the dropped ones together."""
+        kept = sorted(
+            (t for t in self.tried if t[0].is_kept), key=lambda found: found[1]
+        )
+        kept = [found for found, _ in kept]
+        dropped = dict(self.dropped)
+        best = kept[0] if kept else self._nearest(dropped)
+        dropped.pop(best.plan.name, None)
+        refused, missed = [], []
+        for plan, why in dropped.values():
+            to = refused if isinstance(why, EinschaltError) else missed
+            to.append((plan, why))
+        why_not = {"missed": tuple(missed), "refused": tuple(refused)}
+        return replace(best, **why_not, next_best=_other_than(best, kept[1:]))
+
+    def _nearest(self, dropped):
+        """Give the most precise of those that miss, if what it takes can be told."""
+        refused = [*self.refused]
+        for found, _ in sorted(self.tried, key=lambda found: found[0].reached):
+            try:
+                self.cost(found.plan)
+            except EinschaltError as error:
+                refused.append(error)
+                dropped[found.plan.name] = found.plan, error
+            else:
+                return found
+        raise _commonest(refused)
 
 
-def _best_of(tried, refused, dropped, cost):
-    """Put the cheapest that is kept, the next and the dropped ones together."""
-    kept = sorted((t for t in tried if t[0].is_kept), key=lambda found: found[1])
-    kept = [found for found, _ in kept]
-    best = kept[0] if kept else _nearest_of(tried, refused, dropped, cost)
-    dropped.pop(best.plan.name, None)
-    others = kept[1] if len(kept) > 1 else None
-    refused, missed = [], []
-    for plan, why in dropped.values():
-        (refused if isinstance(why, EinschaltError) else missed).append((plan, why))
-    why_not = {"missed": tuple(missed), "refused": tuple(refused)}
-    return replace(best, **why_not, next_best=others)
+def _other_than(best, others):
+    """The cheapest of the others that is another flight, or else the cheapest."""
+    other = [found for found in others if not _is_alike(found.plan, best.plan)]
+    return next(iter(other or others), None)
+
+
+def _is_alike(plan, other):
+    """Whether two plans differ by so little that they are no choice."""
+    alike = ("spacing", "n_coverages", "control_per_model")
+    flights = ["scale_number", "high_scale_number"]
+    ratios = np.log((plan[flights] / other[flights]).astype(float))
+    return all(plan[n] == other[n] for n in alike) and max(abs(ratios)) < ALIKE
 
 
 def said_of_refused(refused):
@@ -236,19 +318,6 @@ def said_of_refused(refused):
         yield translated(
             message, n=len(among), plan=describe_plan(plan), reason=told(error)
         )
-
-
-def _nearest_of(tried, refused, dropped, cost):
-    """Give the most precise one of those that miss, if what it takes can be told."""
-    for found, _ in sorted(tried, key=lambda found: found[0].reached):
-        try:
-            cost(found.plan)
-        except EinschaltError as error:
-            refused.append(error)
-            dropped[found.plan.name] = found.plan, error
-        else:
-            return found
-    raise _commonest(refused)
 
 
 def _commonest(refused):

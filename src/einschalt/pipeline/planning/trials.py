@@ -10,15 +10,12 @@ from scipy.special import ndtr
 from einschalt.foundations.errors import EinschaltError
 from einschalt.theory.measuring_error import m_g_of_mean
 
-# weights of estimates beside 1 of a layout that was propagated, or counted
-OF_ERRORS, OF_COSTS = 0.5, 0.5
-# of the logarithm of the error that is likely
-SAME_LAYOUT, OTHER_LAYOUT = 0.01, 0.1
+# of the logarithm of an error whose layout was propagated with other settings
+SAME_LAYOUT = 0.01
 # expected saving that a layout more is worth; of costs that are counted, not estimated
 LEAST_GAIN, LEAST_COUNTED_GAIN = 0.02, 0.005
-# of the logarithm of a cost that was not counted: nearly all plans are less far away
-# from what others have shown of them
-FAR_IN_COST = 0.15
+# of a cost that was not counted: as much cheaper it may well be [standard errors]
+FAR_IN_COST = 2.0
 LAYOUT = (
     "scale_number",
     "high_scale_number",
@@ -51,10 +48,27 @@ class Trials:
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
         self.counted = np.full(n_plans, np.nan)  # costs
         self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
-        self.errors = _Shown(self.steps, OF_ERRORS)
-        self.costs = _Shown(self.steps, OF_COSTS)
+        self.errors = _Shown(self.steps, common=0.15, own=0.1, single=0.01)
+        self.costs = _Shown(self.steps, common=0.12, own=0.06, single=0.04)
         self.kept, self.missed = [], []  # costs; reached over the closed estimate
         self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
+
+    def extended(self, plans):
+        """Give trials of more plans, of which these are the first.
+
+        What the tried ones have shown is known of all.
+        """
+        longer = Trials(plans, self.target, self.patience, self.enough, self.count)
+        n = len(self.plans)
+        for name in ("is_left", "of_layout", "counted", "is_asked"):
+            getattr(longer, name)[:n] = getattr(self, name)
+        for place, ratio in self.errors.shown:
+            longer.errors.learn(place, ratio)
+        for place, ratio in self.costs.shown:
+            longer.costs.learn(place, ratio)
+        longer.kept, longer.missed = [*self.kept], [*self.missed]
+        longer.least_gain = self.least_gain
+        return longer
 
     def next(self):
         """Give the plan that is to be tried next, None where none is worth it.
@@ -90,7 +104,11 @@ class Trials:
             return  # it is tried as it is, and refused with this reason
         if cost is None:
             self.count = None
-        elif min(cost, self.estimate[place]) > 0.0:
+        else:
+            self._take_cost(place, cost)
+
+    def _take_cost(self, place, cost):
+        if np.isnan(self.counted[place]) and min(cost, self.estimate[place]) > 0.0:
             self.counted[place] = cost
             self.costs.learn(place, cost / self.estimate[place])
 
@@ -98,7 +116,8 @@ class Trials:
         """Cost of each plan, as far as is known; what may be counted may be less."""
         likely = self.estimate * self.costs.ratios
         if self.count is not None:
-            likely = np.where(self.is_asked, likely, likely * np.exp(-FAR_IN_COST))
+            far = np.exp(-FAR_IN_COST * self.costs.spreads)
+            likely = np.where(self.is_asked, likely, likely * far)
         return np.where(np.isfinite(self.counted), self.counted, likely)
 
     def _taken(self, place):
@@ -110,7 +129,8 @@ class Trials:
 
         As parts of the cheapest kept.
         """
-        spread = np.where(np.isfinite(self.of_layout), SAME_LAYOUT, OTHER_LAYOUT)
+        is_known = np.isfinite(self.of_layout)
+        spread = np.where(is_known, SAME_LAYOUT, self.errors.spreads)
         chance = ndtr((np.log(self.target) - np.log(likely)) / spread)
         first, *others = sorted(self.kept)
         saved = np.maximum(first - costs, 0.0)
@@ -138,11 +158,12 @@ class Trials:
         """
         return bool((self.closed <= self.target).any())
 
-    def learn(self, checked):
+    def learn(self, checked, cost=None):
         """Take what a layout is better or worse than its estimate for its neighbours.
 
         The same layout with other settings has the same errors, those of measuring in
-        proportion: as much or less with weights of their own.
+        proportion: as much or less with weights of their own. ``cost``: what the plan
+        costs as it was laid out, if that is known.
         """
         plan, reached = checked.plan, checked.reached
         place = self.plans.index.get_loc(plan.name)
@@ -153,6 +174,8 @@ class Trials:
         control = checked.propagated.share_of_control
         measuring = (1.0 - control) * (self.m_g[is_same] / self.m_g[place]) ** 2
         self.of_layout[is_same] = reached * np.sqrt(control + measuring)
+        if cost is not None:
+            self._take_cost(place, cost)
         if checked.is_kept:
             self.kept.append(self.likely_costs()[place])
         else:
@@ -164,23 +187,50 @@ class Trials:
 
 
 class _Shown:
-    """What layouts are more or less than their estimates, for plans near them."""
+    """What layouts are more or less than their estimates, for plans near them.
 
-    def __init__(self, steps, weight):
+    Logarithms of the ratios have a part that is ``common`` to all layouts, one that
+    is alike for layouts near each other (``own``), and one that is of a ``single``
+    layout; interpolated with least variance (kriging).
+    """
+
+    def __init__(self, steps, *, common, own, single):
         self.steps = steps
-        self.weight = np.full(len(steps), weight)
-        self.log_ratio = np.zeros(len(steps))  # sums of weights times logarithms
+        self.common, self.own, self.single = common**2, own**2, single**2
+        self.shown = []  # places and ratios
 
     def learn(self, place, ratio):
         """Take what the plan at a place is, over its estimate."""
-        nearness = np.exp(-np.abs(self.steps - self.steps[place]).sum(axis=1))
-        self.weight += nearness
-        self.log_ratio += nearness * np.log(ratio)
+        self.shown.append((place, ratio))
+
+    def _covariances(self):
+        """Of all plans with those that were shown, (n, n_shown)."""
+        places = [place for place, _ in self.shown]
+        away = np.abs(self.steps[:, None] - self.steps[places]).sum(axis=2)
+        return self.common + self.own * np.exp(-away), places
+
+    def _weights(self):
+        """Weights of what was shown for each plan, with the covariances."""
+        covariances, places = self._covariances()
+        of_shown = covariances[places] + self.single * np.eye(len(places))
+        return np.linalg.solve(of_shown, covariances.T).T, covariances
 
     @property
     def ratios(self):
         """What each plan is likely to be, over its estimate."""
-        return np.exp(self.log_ratio / self.weight)
+        if not self.shown:
+            return np.ones(len(self.steps))
+        weights, _ = self._weights()
+        return np.exp(weights @ np.log([ratio for _, ratio in self.shown]))
+
+    @property
+    def spreads(self):
+        """Standard errors of the logarithms of the ratios."""
+        variance = np.full(len(self.steps), self.common + self.own + self.single)
+        if self.shown:
+            weights, covariances = self._weights()
+            variance -= (weights * covariances).sum(axis=1)
+        return np.sqrt(variance)
 
 
 def _first(is_among, *keys):

@@ -16,6 +16,7 @@ from einschalt.pipeline.simulation.layout import (
     flight_rasters,
     scatter_points,
 )
+from einschalt.theory.planning.control_choice import serving_points
 
 FLIGHTS = ("high_flight", "low_flight")
 LEAST_SHARE = 0.25
@@ -28,7 +29,6 @@ holds enough of it wherever it lies."""
 REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
-BUSY = 100.0  # half models
 LEAST_POINTS = 4
 FEWEST_POINTS, FEWEST_ROWS = 12, 3
 SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
@@ -244,12 +244,17 @@ def models_worth_flying(shape, centres, half):
     whole = float(np.prod(2.0 * half))
     share[is_touching] = shapely.area(parts) / whole
     kept = share >= LEAST_SHARE
-    left = shapely.difference(shape, shapely.union_all(footprints[kept]))
-    for place in np.argsort(-share, kind="stable"):
+    small = np.flatnonzero(~kept & (share > 0.0))
+    if not len(small):
+        return np.flatnonzero(kept)
+    # others cannot cover more: what is theirs, and not of the large ones
+    theirs = shapely.union_all(parts[~kept[is_touching]])
+    shapely.prepare(theirs)
+    beside = footprints[kept][shapely.intersects(theirs, footprints[kept])]
+    left = shapely.difference(theirs, shapely.union_all(beside))
+    for place in small[np.argsort(-share[small], kind="stable")]:
         if left.area <= LEFT_OVER * whole:
             break
-        if kept[place] or share[place] == 0.0:
-            continue
         rest = shapely.difference(left, footprints[place])
         if left.area - rest.area > LEFT_OVER * whole:
             kept[place], left = True, rest
@@ -311,23 +316,12 @@ def _on_lattice(geometry, layout, position):
 def _completed(geometry, layout, position, chosen, near_enough):
     """Add to chosen points what each model still wants."""
     half = layout.scale_number * np.array(geometry.usable_model) / 2.0
-    wanted = np.array(CONTROL_PLACES[geometry.control_per_model])
-    places = REACH_OF_CONTROL * half * wanted
+    places = REACH_OF_CONTROL * np.array(CONTROL_PLACES[geometry.control_per_model])
     start = np.searchsorted(layout.model, np.arange(layout.n_models + 1))
     is_chosen = np.zeros(len(position), dtype=bool)
     is_chosen[list(chosen)] = True
-    for model in range(layout.n_models):
-        held = layout.point[start[model] : start[model + 1]]
-        if len(held) < len(places):
-            continue
-        away = position[held][:, None] - (layout.centre[model] + places)
-        distance = np.abs(away / half).max(axis=2)
-        for place in range(len(places)):
-            reach = distance[:, place]
-            nearest = int(np.argmin(reach))
-            allowed = max(near_enough, reach[nearest] + near_enough)
-            old = np.flatnonzero(is_chosen[held] & (reach <= allowed))
-            one = old[np.argmin(reach[old])] if len(old) else nearest
-            distance[one] += BUSY  # it serves at one place of a model
-            is_chosen[held[one]] = True
+    serving_points(
+        *(layout.point, start, position, layout.centre, half),
+        *(places, is_chosen, near_enough),
+    )
     return np.flatnonzero(is_chosen)

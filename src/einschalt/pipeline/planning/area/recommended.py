@@ -57,7 +57,7 @@ from einschalt.stages.results import Result
 MOST_LEFT_OUT = 0.002
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
-MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 4
+MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 3
 # where each takes a second or more, of areas of so many points
 LARGE, MOST_OF_LARGE = 20_000, 10
 COLUMN_OF_ITEM = {
@@ -153,20 +153,22 @@ def _require_least_model(area, choices, frame):
     require_rows(area, min(choices.spacing))
 
 
-def plan_area(area, search, frame, *, heights=None, follows=None, progress=None):
+def plan_area(
+    area, search, frame, *, heights=None, follows=None, refine=(), progress=None
+):
     """Find the cheapest plan of a search that keeps its target over an area.
 
     Each plan that is tried is laid out over the area and propagated there; where the
     area has too many models for that, over a part of it that has borders of its own.
     ``heights``: GroundHeights over the area; ``follows``: see :func:`flight_plan`; left
-    out, where flying heights are limited.
+    out, where flying heights are limited; ``refine``: see :func:`check_plans`.
 
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
     ground = OverGround.under(frame, heights, follows)
     try:
-        return _planned(area, search, frame, ground, progress)
+        return _planned(area, search, frame, ground, progress, refine)
     except GroundTooHighError as error:
 
         def is_plan(frame, choices):
@@ -191,7 +193,7 @@ def _require_overlap_of_some(area, plans, frame, ground):
         laid_out(area, by_scale.iloc[0], frame, ground)
 
 
-def _planned(area, search, frame, ground, progress) -> AreaPlan:
+def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
     layouts, wholes = TriedLayouts(area, frame, ground), {}
     search, left_out = _that_fit(area, search, frame)
 
@@ -217,8 +219,9 @@ def _planned(area, search, frame, ground, progress) -> AreaPlan:
         enough=ENOUGH,
         judge=judge,
         # by what the area takes, not by the estimate
-        cost=lambda plan: whole(plan)[1].cost,
+        cost=lambda plan: whole(plan)[1].cost / area.square_km,
         count=layouts.cost,
+        refine=refine,
         progress=progress,
     )
     layout, flown, said = whole(checked.plan)
@@ -229,7 +232,7 @@ def _planned(area, search, frame, ground, progress) -> AreaPlan:
     best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = layouts.of(best.plan)
     notes = [*said, *_note_of_part(part), *left_out]
-    parts = (area, search, best, layout, part.layout.area, flown, next_flown)
+    parts = (area, checked.search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes), frame, ground.heights, ground.follows)
 
 

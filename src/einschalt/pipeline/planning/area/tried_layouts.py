@@ -30,8 +30,8 @@ FEWEST_IN_A_MODEL = 8
 MOST_POINTS = 200_000
 # points in models of all layouts that are counted, and what the smallest takes as much
 # time as: a second, about
-MOST_COUNTED, LEAST_COUNTED = 500_000, 5_000
-LEAST_COUNTED_ON_GROUND = 15_000
+MOST_COUNTED, LEAST_COUNTED = 1_000_000, 10_000
+LEAST_COUNTED_ON_GROUND = 30_000
 WELL_BELOW = 0.9  # of the most control, where points closer to each other are advised
 
 
