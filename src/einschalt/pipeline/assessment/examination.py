@@ -43,6 +43,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
     Kind,
     find_control_patterns,
+    wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
@@ -56,6 +57,7 @@ from einschalt.pipeline.assessment.evidence.repeated_settings import (
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     SystematicPatterns,
     find_patterns,
+    strain_without,
 )
 from einschalt.pipeline.assessment.evidence.variance_components import (
     can_tell_components,
@@ -322,6 +324,11 @@ class TwoStepExamination(Examination):
         return find_control_patterns(self, self.excluded_control)
 
     @cached_property
+    def strain(self):
+        """Strain of control beside single points that are wrong: NetworkStrain."""
+        return strain_without(self, wrong_control(self.control_patterns))
+
+    @cached_property
     def exchanged_names(self):
         """Pairs of points measured under each other's name: tuple of ExchangedNames."""
         return find_exchanged_names(self.solution)
@@ -397,6 +404,12 @@ class SimultaneousExamination(Examination):
             return self.two_step.control_patterns
         set_aside = self._set_aside | self.two_step.excluded_control
         return find_control_patterns(self.two_step, set_aside)
+
+    @cached_property
+    def strain(self):
+        """Strain of control beside what was set aside, or is wrong by itself."""
+        wrong = {*self._set_aside, *wrong_control(self.control_patterns)}
+        return strain_without(self.two_step, wrong)
 
     @cached_property
     def height_claim(self):

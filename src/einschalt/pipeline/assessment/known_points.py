@@ -12,15 +12,25 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     PLAN,
     covariance_of,
 )
+from einschalt.pipeline.assessment.evidence.known_differences import (
+    shared_differences,
+)
 from einschalt.stages.error_propagation.given_points import (
     CONTROL_POINTS,
     GROUPS,
     errors_of_control,
     group_members,
 )
-from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.global_tests import (
+    mean_p_values,
+    ratio_limits,
+    ratio_p_value,
+)
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
+from einschalt.theory.adjustment.multiple_testing import (
+    bonferroni,
+    is_rejected_by_holm,
+)
 from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -37,7 +47,10 @@ class KnownPoints:
     # of the differences, since both coordinates have errors: TOTAL, root mean square
     # [m]; NaN where it is not known
     claimed: float
-    degrees: float  # of freedom; fewer than coordinates where given ones share errors
+    degrees: float  # of freedom; fewer than coordinates where points share errors
+    # of the mean difference if the claim holds, shape (2, 2) [m²]; None where it is not
+    # known
+    covariance_of_mean: np.ndarray | None = None
 
     @property
     def count(self):
@@ -71,6 +84,21 @@ class KnownPoints:
         """Probability of differences this large if the claim holds."""
         return float(ratio_p_value(self.ratio, self.degrees))
 
+    @property
+    def shift_p_value(self):
+        """Probability of a mean difference this far from zero, if there is no shift.
+
+        That of both coordinates: of normal errors as the points share them, and of
+        independent ones of the size that the differences show (Student's t,
+        Bonferroni): the larger one. NaN for fewer than two points.
+        """
+        by_spread = np.nanmin(bonferroni(mean_p_values(self.differences)))
+        if self.covariance_of_mean is None:
+            return float(by_spread)
+        shift = self.differences.mean(axis=0)
+        square = shift @ np.linalg.solve(self.covariance_of_mean, shift)
+        return float(max(by_spread, np.exp(-square / 2.0)))
+
     def _limits(self):
         return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
 
@@ -90,7 +118,12 @@ def _compared(examined, rows):
     differences = values_of(rows, DIFFERENCES)
     names = rows["point_id"].to_numpy(dtype=object)
     claimed = _claimed(examined, rows)
-    return KnownPoints(names, differences, claimed, _degrees(examined, names, claimed))
+    shared = shared_differences(examined, names) if claimed > 0.0 else None
+    if shared is None:
+        degrees = _degrees(examined, names, claimed)
+        return KnownPoints(names, differences, claimed, degrees)
+    of_mean = claimed**2 * shared.covariance_of_mean
+    return KnownPoints(names, differences, claimed, shared.degrees, of_mean)
 
 
 def contradicting_points(examined) -> np.ndarray:
@@ -134,6 +167,7 @@ def _picked(known, is_picked):
         point_ids=known.point_ids[is_picked],
         differences=known.differences[is_picked],
         degrees=known.degrees * np.mean(is_picked),
+        covariance_of_mean=None,
     )
 
 
@@ -169,8 +203,7 @@ def _is_near_doubt(examined, name):
 def _degrees(examined, point_ids, claimed):
     """Degrees of freedom of the squares of differences, by Satterthwaite.
 
-    As if densified points shared nothing: what they share with given ones makes
-    differences smaller.
+    As if densified points shared nothing, where no model tells what they share.
     """
     block, n = examined.block, len(point_ids)
     if not (n and claimed > 0.0 and examined.shares_control_errors):

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence import systematic_errors
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
+    ControlScores,
     NetworkStrain,
     SystematicPatterns,
 )
@@ -209,3 +211,62 @@ def test_many_points_for_each_control_point_do_not_pass_for_contradictions():
     result = densify(block)
     assert result.patterns.strain.n_control > 40
     assert network_strain(result) is None
+
+
+def _with_a_wrong_point(simulated, metres=0.5):
+    """The block with one control point of the middle moved in easting."""
+    control = simulated.control_points.copy()
+    place = values_of(control, PLAN)
+    is_control = (control["role"] == "control").to_numpy()
+    away = np.hypot(*(place - place[is_control].mean(axis=0)).T)
+    row = np.argmin(np.where(is_control, away, np.inf))
+    control.loc[control.index[row], "easting"] += metres
+    return replace(simulated, control_points=control), control["point_id"].iloc[row]
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_one_wrong_point_does_not_pass_for_strain(method):
+    """Its neighbours were said to be displaced with it, three times the true error."""
+    block, name = _with_a_wrong_point(simulate_block("neukirchen", seed=3))
+    result = densify(block, Settings(method=method, outliers="snoop"))
+    examined = result.examination
+    assert examined.patterns.strain.is_significant
+    assert examined.strain.n_control == examined.patterns.strain.n_control - 1
+    assert not (examined.strain.is_significant and examined.strain.is_smooth)
+    codes = {found.code for found in result.assessment.findings}
+    assert "strained_network" not in codes
+    named = {n for found in result.assessment.findings for n in found.names}
+    assert name in named
+
+
+def test_strain_is_found_beside_a_wrong_point():
+    strained = simulate_block(
+        "neukirchen", seed=1, noise=BlockNoise(network_strain=0.1)
+    )
+    block, name = _with_a_wrong_point(strained, 2.0)
+    strain = densify(block).examination.strain
+    alone = densify(strained).examination.strain
+    assert strain.is_significant
+    assert strain.is_smooth
+    assert strain.size == pytest.approx(alone.size, rel=0.3)
+    assert name not in set(strain.displacements["point_id"])
+
+
+def test_scores_without_a_point_are_those_of_an_adjustment_that_gives_it_no_weight():
+    rng = np.random.default_rng(5)
+    design = rng.normal(size=(9, 4))
+    weight = np.diag(rng.uniform(0.5, 2.0, 9))
+    observed = rng.normal(size=(9, 2))
+
+    def scored(weight):
+        normal = np.linalg.inv(design.T @ weight @ design)
+        information = weight - weight @ design @ normal @ design.T @ weight
+        return ControlScores(np.arange(9), information @ observed, information)
+
+    is_free = np.arange(9) == 4
+    without = scored(weight).without(is_free)
+    given_up = scored(np.where(is_free[:, None], 0.0, weight))
+    assert list(without.places) == [0, 1, 2, 3, 5, 6, 7, 8]
+    assert without.values == pytest.approx(given_up.values[~is_free])
+    kept = given_up.information[np.ix_(~is_free, ~is_free)]
+    assert without.information == pytest.approx(kept)

@@ -53,6 +53,7 @@ def examined_with(n_suspects=0, strain=None, **columns):
     return SimpleNamespace(
         adjustment=SimpleNamespace(control=control),
         patterns=SystematicPatterns((), strain),
+        strain=strain,
     )
 
 

@@ -26,12 +26,12 @@ def test_a_good_block_has_none(good_result, judge):
 
 
 def test_check_points_worse_than_the_claim(good_result):
-    moved = with_differences(good_result, 4.0, 4.0)
+    moved = with_differences(good_result, 6.0, 6.0)
     found = judges.check_points_beyond_claim(moved.examination)
     assert found.remedy == "trust_check_points"
     assert found.gravity is Gravity.GRAVE
     assert found.facts["n_points"] == 6
-    assert found.observed == pytest.approx(4.0 * good_result.figures.check_rms)
+    assert found.observed == pytest.approx(6.0 * good_result.figures.check_rms)
     assert found.facts["ratio"] == pytest.approx(found.observed / found.expected)
     assert found.probability < 0.001
     assert judges.check_points_better_than_claim(moved.examination) is None

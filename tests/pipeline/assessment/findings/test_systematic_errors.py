@@ -31,6 +31,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
         adjusted = SimpleNamespace(control=control)
     return SimpleNamespace(
         patterns=SystematicPatterns(affinities, strain),
+        strain=strain,
         control_patterns=NO_PATTERNS,
         figures=SimpleNamespace(mean_within=mean_total),
         adjustment=adjusted,

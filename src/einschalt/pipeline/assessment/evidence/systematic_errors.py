@@ -73,6 +73,16 @@ class ControlScores:
     values: np.ndarray  # shape (n, 2); weight times error [1/m]
     information: np.ndarray  # shape (n, n); of either coordinate [1/m²]
 
+    def without(self, is_free):
+        """The same of the others, where some, (n,), may be as wrong as they like."""
+        kept, free = self.information[~is_free], self.information[is_free]
+        share = np.linalg.lstsq(free[:, is_free], free[:, ~is_free], rcond=None)[0].T
+        return ControlScores(
+            self.places[~is_free],
+            self.values[~is_free] - share @ self.values[is_free],
+            kept[:, ~is_free] - share @ free[:, ~is_free],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class NetworkStrain:
@@ -138,6 +148,25 @@ def find_patterns(examined):
     if not is_bent and not beyond_strain_test(examined):
         strain = _strain(examined, fits, errors, affine)
     return SystematicPatterns(found, strain)
+
+
+def strain_without(examined, wrong):
+    """The strain of the control points beside those that are ``wrong`` by themselves.
+
+    Names of points; None where the others do not check each other, or nothing was
+    looked for. A single wrong point would pass for a strain of its neighbours.
+    """
+    strain, control = examined.patterns.strain, examined.block.control_points
+    if strain is None or not wrong:
+        return strain
+    scores = strain.scores
+    names = control["point_id"].to_numpy(dtype=object)[scores.places]
+    is_free = np.isin(names, list(wrong))
+    if not is_free.any():
+        return strain
+    scores = scores.without(is_free)
+    xy = values_of(control, ["easting", "northing"])[scores.places]
+    return _strain_of(scores, xy - xy.mean(axis=0), control)
 
 
 def beyond_strain_test(examined):

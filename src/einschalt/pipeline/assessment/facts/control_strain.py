@@ -59,7 +59,7 @@ def suspect_control_facts(
 
 def displaced_control_facts(examined) -> DisplacedControlFacts | None:
     """Find the control points that a smooth strain of their network displaces most."""
-    strain = examined.patterns.strain
+    strain = examined.strain
     if strain is None or not (strain.is_significant and strain.is_smooth):
         return None
     rows = strain.displacements.head(MOST_DISPLACED).itertuples(index=False)

@@ -1,6 +1,6 @@
 """Affinity of film and strain of the control network: what was looked for and found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
@@ -31,7 +31,7 @@ def pattern_facts(examined) -> PatternFacts:
     """Collect the systematic patterns of a block."""
     patterns = examined.patterns
     if patterns.strain is not None:
-        return PatternFacts(patterns)
+        return PatternFacts(replace(patterns, strain=examined.strain))
     if any(examined.orientation_errors.values()):
         has_images = any(f.has_images for f in examined.block.flights.values())
         return PatternFacts(

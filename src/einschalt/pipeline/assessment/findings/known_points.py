@@ -9,16 +9,10 @@ from einschalt.pipeline.assessment.known_points import (
     few_contradicting_points,
     lone_contradiction,
 )
-from einschalt.theory.adjustment.global_tests import (
-    mean_differs_from_zero,
-    mean_p_values,
-)
-from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 FEWEST_POINTS = 4
-# of the root mean square: errors of neighbours are alike, so that the test of a shift
-# alone would cry too often
+# of the root mean square: a smaller one explains little
 LEAST_SHARE_OF_SHIFT = 0.5
 
 
@@ -121,7 +115,7 @@ def shifted_block(examined):
             continue
         shift = known.differences.mean(axis=0)
         is_large = np.hypot(*shift) > LEAST_SHARE_OF_SHIFT * known.rms
-        if is_large and mean_differs_from_zero(known.differences, FINDING_SIGNIFICANCE):
+        if is_large and known.shift_p_value <= FINDING_SIGNIFICANCE:
             return _shifted(role, known, shift)
     return None
 
@@ -136,7 +130,7 @@ def _shifted(role, known, shift):
         statistic=f"mean difference at {role} points",
         observed=np.hypot(*shift),
         expected=0.0,
-        probability=np.nanmin(bonferroni(mean_p_values(known.differences))),
+        probability=known.shift_p_value,
         remedy="look_at_reference_system",
         facts={"role": role, **facts},
     )

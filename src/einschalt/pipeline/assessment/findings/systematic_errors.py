@@ -53,7 +53,7 @@ def strained_network_of_adjustment(adjusted):
 
 def _smooth_strain(examined, remedy):
     """Its size, where it is largest and where to."""
-    strain = examined.patterns.strain
+    strain = examined.strain
     if strain is None or not (strain.is_significant and strain.is_smooth):
         return None
     claimed = float(examined.figures.mean_within)
@@ -85,7 +85,7 @@ def _smooth_strain(examined, remedy):
 
 def broken_network(examined):
     """Control of which one part lies apart from the other, or that is bent."""
-    pattern, strain = examined.control_patterns.plan, examined.patterns.strain
+    pattern, strain = examined.control_patterns.plan, examined.strain
     if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
         return None
     if strain is not None and strain.is_significant and strain.is_smooth:
@@ -114,7 +114,7 @@ def broken_network(examined):
 def contradicting_control(examined):
     """Control points that contradict each other by more than their errors."""
     # told whenever a claim is enlarged for control, and no pattern tells more
-    strain = examined.patterns.strain
+    strain = examined.strain
     if broken_network(examined) is not None:
         return None  # which says how
     p_values = [examined.control_patterns.unnamed_p_value]

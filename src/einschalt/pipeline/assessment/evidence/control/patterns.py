@@ -68,6 +68,8 @@ class FoundPattern:
     amplitude: tuple[float, ...]
     p_value: float  # of all patterns together
     moved: float  # what it does to the new points, TOTAL in plan or height, RMS [m]
+    # points that are wrong each by itself: that of the pattern, and others beside it
+    wrong_ids: tuple[str, ...] = ()
 
     @property
     def size(self):
@@ -134,6 +136,11 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
         height = _worst(signatures, HEIGHT, found, shown, is_free, is_used)
     both = (each for pair in zip(plan, height, strict=True) for each in pair)
     return ControlPatterns(*both, n_control=int(is_used.sum()))
+
+
+def wrong_control(patterns: ControlPatterns):
+    """Names of the control points that are wrong in plan, each by itself."""
+    return () if patterns.plan is None else patterns.plan.wrong_ids
 
 
 def _scales(block, n_control):
@@ -227,6 +234,9 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         amplitude=tuple(map(float, amplitude)),
         p_value=float(p_value),
         moved=moved,
+        wrong_ids=tuple(names[_rows_of(together, range(len(together)))])
+        if pattern.kind is Kind.POINT
+        else (),
     )
     return found, moved, found.p_value
 

@@ -1,0 +1,83 @@
+"""What differences at known points share, as the propagation knows it.
+
+Densified coordinates of neighbours have the errors of their high-flight models in
+common, and those of control. So their differences to given coordinates tell less than
+as many independent ones: of their size, and of their mean.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.names import encode
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    PLAN,
+    covariance_of,
+)
+from einschalt.stages.error_propagation.given_points import errors_of_control
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.point_operator import selection
+
+MOST_POINTS = 300
+"""Of which the covariances are computed; of more points these tell of all."""
+
+
+@dataclass(frozen=True, eq=False)
+class SharedDifferences:
+    """How alike the errors of the differences at known points are."""
+
+    degrees: float  # of freedom of the sum of their squares, by Satterthwaite
+    # of the mean difference, shape (2, 2), where the mean square is 1, TOTAL
+    covariance_of_mean: np.ndarray
+
+
+def shared_differences(examined, point_ids) -> SharedDifferences | None:
+    """Tell how alike the differences at known points are, by the model of errors.
+
+    That of the two steps: of one adjustment covariances between points are not kept.
+    None where sizes of errors are not known, or nothing is left of the differences.
+    """
+    two_step = examined.two_step
+    n, model = len(point_ids), two_step.error_model
+    if model is None or n < 2:
+        return None
+    few = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
+    covariance = _covariance(two_step, model, np.asarray(point_ids)[few])
+    total = np.trace(covariance)
+    if not (np.isfinite(covariance).all() and total > 0.0):
+        return None
+    return _of_all(covariance / (total / len(few)), n)
+
+
+def _of_all(covariance, n):
+    """Of ``n`` points, by the covariance of some; their mean square is 1, TOTAL."""
+    m = len(covariance) // 2
+    of_pairs = covariance.reshape(2, m, 2, m).transpose(1, 3, 0, 2)  # (m, m, 2, 2)
+    is_own = np.eye(m, dtype=bool)
+    own, between = of_pairs[is_own], of_pairs[~is_own]
+    n_pairs = n * (n - 1.0) / (m * (m - 1.0))
+    squares = n / m * np.sum(own**2) + n_pairs * np.sum(between**2)
+    of_sum = n / m * own.sum(axis=0) + n_pairs * between.sum(axis=0)
+    return SharedDifferences(float(n**2 / squares), of_sum / n**2)
+
+
+def _covariance(two_step, model, point_ids):
+    """Of densified less given coordinates, all of one axis first [m²]."""
+    axes, block = model.axes, two_step.block
+    names = encode(two_step.means.points["point_id"])
+    rows = names.locate(encode(point_ids))
+    pick = selection(rows, len(two_step.means.points), axes)
+    chains = {name: pick @ chain for name, chain in model.chains.items()}
+    given = errors_of_control(block, axes)
+    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
+    given = given.picked(selection(place, len(block.control_points), axes))
+    sizes = {**given.sizes, **model.standard_errors}
+    if given.to_be_estimated:
+        sizes[given.to_be_estimated] = np.full_like(
+            given.sizes[given.to_be_estimated], two_step.group_error / SQRT2
+        )
+    for name, chain in given.chains.items():
+        chains[name] = chains[name] - chain if name in chains else -chain
+    return covariance_of(chains, sizes, PLAN)
