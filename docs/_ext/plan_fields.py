@@ -28,8 +28,8 @@ FIELDS = {
         "1/n_coverages if left out",
         "high_scale_number": "denominator of the high flight; 1.875 times that of the "
         "low flight if left out, as in 1971",
-        "high_m_g_um": "m_g of the high flight [µm]; 1.5 times that of the low flight "
-        "if left out",
+        "high_m_g_um": "m_g of the high flight [µm]; that of the low flight if "
+        "left out",
         "control_per_model": "control points in each high-flight model, 5 or 9",
         "width": "extent of the area from west to east [m]; enough for three "
         "high-flight images if left out",

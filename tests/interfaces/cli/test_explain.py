@@ -9,7 +9,11 @@ from pathlib import Path
 import pytest
 
 from einschalt.foundations.language import catalogue, written_in
-from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.explained_findings import (
+    GRAVITIES,
+    SUBJECTS,
+    explained_finding,
+)
 from einschalt.interfaces.cli.finding_meanings import CAUSES, MEANINGS
 from einschalt.interfaces.cli.finding_tests import (
     FURTHER_REMEDIES,
@@ -117,7 +121,10 @@ def test_json_names_the_kind_of_what_was_found(invoke):
 def test_a_finding_has_meaning_cause_test_and_remedy(code, invoke):
     shown = invoke("explain", code).stdout.splitlines()
     shown = shown[shown.index(f"{code} (finding)") :]
-    assert shown[1:3] == [f"  {MEANINGS[code]}", shown[2]]
+    subject, gravity = KINDS[code]
+    words = SUBJECTS[subject.name], GRAVITIES[gravity.name]
+    about = "  about: {}; gravity: {}".format(*words)
+    assert shown[1:3] == [f"  {MEANINGS[code]}", about]
     assert shown[3:5] == [f"  cause: {CAUSES[code]}", f"  tested: {TESTS[code]}"]
     remedies = [line for line in shown if line.startswith("  remedy: ")]
     assert len(remedies) == len(REMEDIES_OF[code]) > 0

@@ -224,9 +224,9 @@ def open_closed_streams():
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the system gives the smallest free number
     if sys.stdout is None:
-        sys.stdout = os.fdopen(1, "w", closefd=False)
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
     if sys.stderr is None:
-        sys.stderr = os.fdopen(2, "w", closefd=False)
+        sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
 
 
 def _forget(stream):

@@ -117,7 +117,8 @@ def plan(
     by: Annotated[
         Literal["expected", "paper"],
         typer.Option(
-            help="Target: judged by the expected precision, or by the paper's formula."
+            help="Target: ranked by the expected precision, or by the paper's formula. "
+            "Recommended is only what keeps the target on its own layout."
         ),
     ] = "expected",
     costs: Annotated[
@@ -154,8 +155,16 @@ def plan(
             help="Expected precision of one block, by propagation on its layout.",
         ),
     ] = False,
-    high_scale_number: _expect("scale number of the high flight.") = None,
-    high_m_g_um: _expect("measuring error in the high flight [µm].") = None,
+    high_scale_number: _expect(
+        "scale number of the high flight; if omitted, 1.875 times that of the low one."
+    ) = None,
+    high_m_g_um: Annotated[
+        float | None,
+        typer.Option(
+            help="Target, expect: measuring error in the high flight [µm], of one "
+            "pointing for a target; if omitted, that of the low flight."
+        ),
+    ] = None,
     width: _expect("extent of the area from west to east [m].") = None,
     height: _expect("extent of the area from south to north [m].") = None,
     area: Annotated[

@@ -20,11 +20,16 @@ from einschalt.pipeline.planning.advice.effort import describe_effort
 from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
-from einschalt.pipeline.planning.arguments import RANGES
+from einschalt.pipeline.planning.arguments import RANGES, checked_number
 from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+from einschalt.pipeline.planning.search import (
+    ALLOWED_CHOICES,
+    PlanChoices,
+    PlanFrame,
+    find_plans,
+)
 from einschalt.pipeline.planning.text import ONE_COVERAGE
 
 SEARCHED_SCALES = 16
@@ -217,10 +222,20 @@ def frame_of(asked) -> PlanFrame:
         forward_overlap=model.forward_overlap,
         side_overlap=model.side_overlap,
         control_standard_error=asked["control_standard_error"],
+        high_over_low_m_g=_high_over_low_m_g(asked),
         costs=costs_of(asked["costs"]),
         max_height=max_height_of(asked),
         sampled_um=asked.flight.preset.sampled_um,
     )
+
+
+def _high_over_low_m_g(asked):
+    """Error of measuring in the high flight over that in the low one, of a setting."""
+    high = asked["high_m_g_um"]
+    if high is None:
+        return 1.0
+    low = asked.only("m_g_um", asked.flight.preset.m_g_um[:1])
+    return checked_number("m_g_um", high) / low
 
 
 def choices_of(asked) -> PlanChoices:
@@ -253,7 +268,7 @@ def _usual_scales(asked):
     if limit is not None:
         lowest = min(asked.numbers("high_over_low", PlanChoices.high_over_low))
         # what is no ratio is refused with the other choices
-        lowest = max(lowest, 1.0)
+        lowest = min(max(lowest, 1.0), ALLOWED_CHOICES["high_over_low"].high)
         high = min(high, limit / asked.flight.principal_distance / lowest)
         low = min(low, high / OF_THE_HIGHEST)
     ratio = (high / low) ** (1.0 / (SEARCHED_SCALES - 1))

@@ -27,12 +27,13 @@ COUNTS_FOR = {
         ("target", "area"),
     ),
     **dict.fromkeys(
-        ("n_coverages", "control_per_model", "control_standard_error"),
+        (
+            *("n_coverages", "control_per_model", "control_standard_error"),
+            "high_m_g_um",
+        ),
         ("target", "area", "expect"),
     ),
-    **dict.fromkeys(
-        ("expect", "high_scale_number", "high_m_g_um", "width", "height"), ("expect",)
-    ),
+    **dict.fromkeys(("expect", "high_scale_number", "width", "height"), ("expect",)),
     **dict.fromkeys(("area", "area_layer", "crs", "ground_heights"), ("area",)),
 }
 """Options that do not count for every question."""

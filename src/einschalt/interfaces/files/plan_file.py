@@ -6,7 +6,7 @@ The file stands in the folder of a plan; heights of the ground stand beside it.
 import json
 import math
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,9 +38,13 @@ ANEW = "Plan again with einschalt plan … --output FOLDER"
 
 HEIGHTS = tables.Schema(
     "ground_heights",
-    tuple(
-        tables.Column(name, unit="metres")
-        for name in ("easting", "northing", "height", "lowest", "highest")
+    (
+        *(
+            tables.Column(name, unit="metres")
+            for name in ("easting", "northing", "height", "lowest", "highest")
+        ),
+        # 1 beside the area: cameras fly over it too, and its border lies between
+        tables.Column("is_beside", is_required=False, default=0.0),
     ),
     key=(),
 )
@@ -113,13 +117,9 @@ def _written_area(planned, folder):
 
     area, heights = planned.area, planned.heights
     if heights is not None:
-        extremes = [heights.height, heights.height]
-        if heights.extremes is not None:
-            extremes = heights.extremes.T
-        columns = *heights.plane.T, heights.height, *extremes
-        names = [column.name for column in HEIGHTS.columns]
-        table = pd.DataFrame(dict(zip(names, columns, strict=True)))
-        write_table(table, folder / HEIGHTS_FILE)
+        parts = [heights] if heights.beside is None else [heights, heights.beside]
+        tables_of = [_table_of(part, k) for k, part in enumerate(parts)]
+        write_table(pd.concat(tables_of, ignore_index=True), folder / HEIGHTS_FILE)
     return {
         "geometry": shapely.geometry.mapping(area.shape),
         "crs": area.crs,
@@ -127,6 +127,14 @@ def _written_area(planned, folder):
         "heights": None if heights is None else HEIGHTS_FILE,
         "follows": planned.follows,
     }
+
+
+def _table_of(heights, is_beside):
+    extremes = [heights.height, heights.height]
+    if heights.extremes is not None:
+        extremes = heights.extremes.T
+    columns = *heights.plane.T, heights.height, *extremes, float(is_beside)
+    return pd.DataFrame(dict(zip(HEIGHTS.names, columns, strict=True)))
 
 
 def read_plan_file(path, row=None) -> PlannedBlock:
@@ -232,7 +240,7 @@ def _planned(written, folder):
         if written.area.heights != HEIGHTS_FILE:
             named = described(written.area.heights)
             raise _damaged(f"area.heights = {named}", PLAN_FILE)
-        heights = _heights_of(folder / HEIGHTS_FILE)
+        heights = _heights_of(folder / HEIGHTS_FILE, area)
     return PlannedBlock(
         *(design, written.expected, area, heights),
         max_height=None if frame is None else frame.max_height,
@@ -251,11 +259,18 @@ def _area_of(written):
     return FlightArea(shape, written.crs)
 
 
-def _heights_of(path):
+def _heights_of(path, area):
     checked = tables.check_table(read_table(path, HEIGHTS), HEIGHTS, source=path.name)
     raise_problems(checked.problems)
-    values = checked.frame[[c.name for c in HEIGHTS.columns]].to_numpy(dtype=float)
-    return GroundHeights(values[:, :2], values[:, 2], path.name, values[:, 3:])
+    values = checked.frame[HEIGHTS.names].to_numpy(dtype=float)
+    is_beside = values[:, 5] > 0.5
+    held, beside = (
+        GroundHeights(rows[:, :2], rows[:, 2], path.name, rows[:, 3:5])
+        for rows in (values[~is_beside], values[is_beside])
+    )
+    if not is_beside.any():
+        return held
+    return replace(held, beside=beside).with_border(area)
 
 
 def _row(path, row):

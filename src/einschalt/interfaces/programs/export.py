@@ -9,7 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from einschalt.foundations.arguments import StrPath, as_path
-from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.foundations.errors import (
+    EinschaltError,
+    FileError,
+    SettingsError,
+    raise_problems,
+)
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.table_output import write_file
 from einschalt.interfaces.files.written_files import Source
@@ -87,7 +92,10 @@ def export(
 
 
 def each_exported(result, *files, overwrite=False) -> Iterator[Exported]:
-    """Write as :func:`export` does, and give each file as soon as it is there."""
+    """Write as :func:`export` does, and give each file as soon as it is there.
+
+    A file that is refused keeps no other from being written; its error comes last.
+    """
     writers = [(as_path("file", file), writer_of(file)) for file in files]
     if not writers:
         raise SettingsError(
@@ -98,8 +106,15 @@ def each_exported(result, *files, overwrite=False) -> Iterator[Exported]:
     handed, inputs = _handed_over(result)
     source = Source("export", handed.name, tuple(inputs))
     output = Output(source, frozenset(), InputFiles(inputs), overwrite)
+    problems = []
     for path, write in writers:
-        yield _written(handed, path, write, output)
+        try:
+            written = _written(handed, path, write, output)
+        except EinschaltError as error:
+            problems.append(error)
+        else:
+            yield written
+    raise_problems(problems)
 
 
 def writer_of(file):

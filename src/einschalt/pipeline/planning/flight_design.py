@@ -21,9 +21,7 @@ from einschalt.theory.planning.kovarik_precision import (
     planned_precision,
 )
 
-# as at Neukirchen: 1:15000 above 1:8000, and settings that are not repeated
-HIGH_OVER_LOW_SCALE = 15_000 / 8_000
-HIGH_OVER_LOW_M_G = 1.5
+HIGH_OVER_LOW_SCALE = 15_000 / 8_000  # as at Neukirchen: 1:15000 above 1:8000
 RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
 HIGH_FOOTPRINTS = 3.0
 LEAST_ROWS, MOST_ROWS = 16, 70
@@ -50,7 +48,7 @@ class FlightDesign:
     n_coverages: int = 2  # of both flights, 1 to 4
     # shift of a coverage against the one before, in bases; 1/n_coverages where left out
     coverage_shift: float | None = None
-    # where left out 1.875 and 1.5 times those of the low flight, as at Neukirchen
+    # where left out 1.875 times that of the low flight, and m_g of the low flight
     high_scale_number: float | None = None
     high_m_g_um: float | None = None
     control_standard_error: float = 0.03  # TOTAL error of terrestrial control [m]
@@ -152,7 +150,7 @@ class FlightDesign:
         given = self.high_m_g_um
         return BlockNoise(
             control_standard_error=float(self.control_standard_error),
-            high_m_g_um=HIGH_OVER_LOW_M_G * self.m_g_um if given is None else given,
+            high_m_g_um=self.m_g_um if given is None else given,
             low_m_g_um=float(self.m_g_um),
         )
 

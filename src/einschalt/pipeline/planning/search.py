@@ -236,7 +236,9 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
 
         def estimate(plans, control_error):
             changed = replace(frame, control_standard_error=control_error)
-            return _estimated(plans, changed, model, where)[f"reached_{by}"]
+            columns = _estimated(plans, changed, model, where)
+            is_fit = fits_in(columns, frame.extent, model)
+            return np.where(is_fit, columns[f"reached_{by}"], np.inf)
 
         given = (choices, frame.control_standard_error, target, estimate)
         beyond = further_efforts(_most_precise(columns), *given)
@@ -246,11 +248,7 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     return PlanSearch(target, where, by, model, plans, beyond)
 
 
-def _nothing_helps(**_changes):
-    return False
-
-
-def _estimated(given, frame, model, where, does=_nothing_helps):
+def _estimated(given, frame, model, where, does=lambda **_changes: False):
     """Columns of the combinations that are possible, with what they reach.
 
     ``does`` tells a refusal what can be advised.
@@ -294,6 +292,8 @@ def _combine(choices):
                 expected="5 or 9" if name == "control_per_model" else str(allowed),
             )
         axes[name] = np.array(values, dtype=float)
+    # given twice it would be its own next best
+    axes = {name: np.array([*dict.fromkeys(axes[name].tolist())]) for name in axes}
     require_reasonable_size(*axes.values())
     grid = np.meshgrid(*axes.values(), indexing="ij")
     return {name: part.ravel() for name, part in zip(axes, grid, strict=True)}

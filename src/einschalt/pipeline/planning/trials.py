@@ -248,7 +248,10 @@ def _steps_of(plans):
 
 
 def is_efficient(cost, error):
-    """Whether no other plan is at least as cheap and better."""
+    """Whether no other plan is at least as cheap and at least as good.
+
+    Of twins the first one is.
+    """
     order = np.lexsort((error, cost))
     best = np.minimum.accumulate(error[order])
     before = np.concatenate([[np.inf], best[:-1]])

@@ -97,7 +97,7 @@ def test_mirrored_models_are_told_apart_from_mirrored_axes():
         (
             "points_in_one_coverage",
             {"n_points": 3, "n_in_one_model": 1},
-            "3 points in one coverage only (a, b, c), 1 of them in one model only",
+            "3 points in one coverage only (a, b, c), 1 in one model only",
         ),
         (
             "points_in_one_model",

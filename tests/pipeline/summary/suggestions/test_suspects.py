@@ -116,7 +116,7 @@ def test_control_that_was_set_aside_is_named():
     )
     assert str(suggestion_of(found)) == (
         "1 control point set aside for contradicting the block, by up to 40 cm: A. "
-        "Check their coordinates and names."
+        "Check the coordinates and names."
     )
 
 

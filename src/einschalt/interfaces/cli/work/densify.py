@@ -16,9 +16,11 @@ from einschalt.interfaces.files.result_folder import (
     write_result,
 )
 from einschalt.interfaces.provenance import figures_of
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 
+MOST_REASONS = 3  # that a result does not stand
 UNTESTED = mark("einschalt: the stated precision is not tested: give check points.")
 
 
@@ -70,4 +72,12 @@ def densify(
     if strict and supported is False:
         if quiet:  # whoever asks for nothing else is told why
             print_error(result.summary().splitlines()[0])
+            for one in _reasons(result.assessment.findings):
+                print_error(f"  {one.problem}")
         raise typer.Exit(REFUTED)
+
+
+def _reasons(findings):
+    """What contradicts the stated precision, in words, the gravest few."""
+    grave = [found for found in findings if found.gravity is Gravity.GRAVE]
+    return suggestions_of(grave)[:MOST_REASONS]

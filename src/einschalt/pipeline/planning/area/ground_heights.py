@@ -15,6 +15,7 @@ MOST_KEPT = 250_000
 MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 PLACES_IN_AREA = 4000  # at which heights are wanted
+PLACES_ON_BORDER = 2000
 FLATTEST = 1e-6  # extent of places across over along a line: less is a line
 
 
@@ -74,8 +75,16 @@ class GroundHeights:
             held = held.in_cells(side)
             beside = beside.in_cells(side) if is_beside.any() else beside
         found = replace(held, beside=beside if is_beside.any() else None)
-        at_border = found.straight_below(area.border)
-        return replace(found, at_border=(at_border.min(), at_border.max()))
+        return found.with_border(area)
+
+    def with_border(self, area) -> "GroundHeights":
+        """Return the same, which knows what lies on the border of an area."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        step = max(area.shape.length / PLACES_ON_BORDER, self.spacing)
+        border = shapely.get_coordinates(shapely.segmentize(area.shape, step))
+        below = self.straight_below(border)
+        return replace(self, at_border=(float(below.min()), float(below.max())))
 
     def in_cells(self, side) -> "GroundHeights":
         """Return one place for each square of a lattice, ``side`` [m] wide.
@@ -201,7 +210,7 @@ class GroundHeights:
 
         plane = self.plane - self.plane.min(axis=0)
         along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
-        if across < FLATTEST * along:  # places in one line span no surface
+        if across <= FLATTEST * along:  # places in one line, or one, span no surface
             return None
         return LinearNDInterpolator(plane, self._extremes[:, 0])
 

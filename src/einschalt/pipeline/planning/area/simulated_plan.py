@@ -234,6 +234,7 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
         expected = plan.checked.expected.figures.mean
         return PlannedBlock(plan.layout.design, expected, *given, name)
     if isinstance(plan, CheckedPlan):
+        _require_whole(plan)
         plan = plan.expected
     if isinstance(plan, ExpectedPrecision):
         return PlannedBlock(plan.design, plan.figures.mean, name=name)
@@ -250,6 +251,16 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
             else "",
         )
     return PlannedBlock(plan, propagate_design(plan).mean, name=name)
+
+
+def _require_whole(checked):
+    """Refuse what was checked of a plan over an area, without the area."""
+    if checked.is_counted:
+        raise SettingsError(
+            "plan is what was checked of a plan over an area, without its area",
+            expected="the AreaPlan itself",
+            remedy="Write simulate_plan(plan), and not plan.checked",
+        )
 
 
 def _check_frame(plan, frame):

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.typesetting import per_cent
 from einschalt.pipeline.planning.advice.points_in_models import (
     MOST_ON_THE_GROUND,
@@ -81,25 +81,37 @@ class TriedLayouts:
         """Give the layout of a row of a search, with its errors of measuring."""
         key = tuple(plan[list(LAYOUT)])
         if key not in self._known:
-            self._known[key] = laid_out(self.area, plan, self.frame, self.ground)
+            self._known[key] = self._tried(plan)
         found, usual = self._known[key], design_of(plan, self.frame)
+        if isinstance(found, EinschaltError):
+            raise found
         errors = {"m_g_um": usual.m_g_um, "high_m_g_um": usual.high_m_g_um}
         design = replace(found.layout.design, **errors)
         return replace(found, layout=replace(found.layout, design=design))
 
+    def _tried(self, plan):
+        """Lay a plan out, or give the error that refuses it: that takes as long."""
+        try:
+            return laid_out(self.area, plan, self.frame, self.ground)
+        except EinschaltError as error:
+            return error
+
     def cost(self, plan):
-        """Count what a plan costs for each km²; None where that would take too long."""
+        """Count what a plan costs for each km²; None where that would take too long.
+
+        NaN for a plan that is laid out on a part of the area only.
+        """
         if self._work > MOST_COUNTED:
             return None
         n_known = len(self._known)
         found = self.of(plan)
-        if found.is_part:
-            return None
         if len(self._known) > n_known:
             flights = found.layout.flights.values()
             is_level = self.ground.heights is None
             least = LEAST_COUNTED if is_level else LEAST_COUNTED_ON_GROUND
             self._work += least + sum(len(flown.point) for flown in flights)
+        if found.is_part:
+            return np.nan
         costs = effort(found.layout, plan, self.frame)["cost"]
         return costs.sum() / self.area.square_km
 

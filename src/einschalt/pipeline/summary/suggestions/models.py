@@ -107,7 +107,7 @@ WORDS = mark_each(
         ),
         "points_in_one_coverage": (
             "{n_points:count point} in one coverage only ({names:names of n_points}), "
-            "{n_in_one_model} of them in one model only"
+            "{n_in_one_model} in one model only"
         ),
         "points_in_one_model": (
             "{n_points:count point} in one model only ({names:names of n_points})"

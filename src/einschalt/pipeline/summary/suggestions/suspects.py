@@ -21,9 +21,9 @@ REMEDIES = mark_each(
         "check_worst_control": (
             "Check the first one and its measurements: a wrong one spoils the others"
         ),
-        "check_control": "Check their coordinates and names",
+        "check_control": "Check the coordinates and names",
         "check_control_or_snoop": (
-            'Check their coordinates and names, or set outliers = "snoop"'
+            'Check the coordinates and names, or set outliers = "snoop"'
         ),
         "look_for_gross_errors": "Look for gross errors",
         "check_scale_and_independence": (
