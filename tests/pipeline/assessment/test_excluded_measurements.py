@@ -222,3 +222,62 @@ def test_wrong_control_is_no_gross_measurement(one_wrong_control, method):
     control = {"control_that_contradicts", "control_against_block"} & set(codes)
     assert control
     assert all(codes[code] == "" for code in control)
+
+
+def _under_each_others_name(block, one, other):
+    """Exchange two names in all measurements of both flights."""
+
+    def exchanged(flight):
+        points = flight.model_points.copy()
+        names = {one: other, other: one}
+        points["point_id"] = points["point_id"].replace(names)
+        return replace(flight, model_points=points)
+
+    flights = {name: exchanged(flight) for name, flight in block.flights.items()}
+    return replace(block, **flights)
+
+
+@pytest.mark.parametrize(
+    ("seed", "pair"), [(2, ("1093", "1027")), (5, ("1060", "1070"))]
+)
+def test_control_under_the_name_of_a_new_point_is_named(seed, pair):
+    """The new point was 2.3 km off, without a word, in a result with 3.0 cm."""
+    block = _under_each_others_name(simulate_block("demo", seed=seed), *pair)
+    judged = solved(block, "simultaneous", "snoop").assessment
+    (found,) = [f for f in judged.findings if f.code == "control_under_another_name"]
+    assert tuple(found.names) == pair
+    assert judged.findings[0] is found
+    assert found.observed < 0.1
+    assert found.expected > 100.0
+    assert judged.claim_is_supported is False
+
+
+@pytest.mark.parametrize("metres", [10.0, 900.0])
+def test_the_wrong_control_point_comes_first(metres):
+    """A good one that it moves was named first, and was to be checked first."""
+    block = simulate_block("demo", seed=7)
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == "1100", "easting"] += metres
+    found = solved(replace(block, control_points=control), "two_step", "keep")
+    codes = {f.code: f for f in found.assessment.findings}
+    assert codes["control_that_contradicts"].names[0] == "1100"
+    # where it is given lies no new point
+    assert "control_under_another_name" not in codes
+
+
+@pytest.mark.parametrize("flights", ["high_flight", "low_flight"])
+def test_names_exchanged_everywhere_may_be_exchanged_in_either_flight(flights):
+    """Corrected in the low flight alone, two points were 287 m off, and none told."""
+    block = simulate_block("demo", seed=1)
+    both = _under_each_others_name(block, "1026", "1027")
+    block = replace(block, **{flights: both.flights[flights]})
+    found = solved(block, "two_step", "snoop").assessment.findings[0]
+    assert found.code == "exchanged_names"
+    assert found.remedy == "compare_names_of_both_flights"
+    assert set(found.names) == {"1026", "1027"}
+
+
+def test_names_exchanged_in_one_model_are_to_be_corrected_there(exchanged):
+    found = solved(exchanged, "two_step", "snoop").assessment.findings[0]
+    assert found.code == "exchanged_names"
+    assert found.remedy == "put_the_names_right"

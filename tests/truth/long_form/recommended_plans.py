@@ -13,6 +13,7 @@ from tests.truth.long_form.area_plans import CAMERAS_OF, star_shaped
 from tests.truth.long_form.figures import Figure, Table, of_blocks
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.area.layout import lay_out
 from einschalt.pipeline.planning.area.recommended import (
     plan_area,
@@ -93,7 +94,7 @@ def outcome_of(seed):
     frame = request.frame
     try:
         found = find_plans(request.target, request.choices, frame)
-        checked = check_plans(found, frame)
+        checked = check_plans(found, frame, refine=list(REFINED))
     except EinschaltError:
         return Outcome(request.kind, "refused")
     if not checked.is_kept:
@@ -119,7 +120,7 @@ def outcome_over_area(seed):
     kind = f"{request.kind}, over areas"
     try:
         found, frame = search_over(request.target, area, request.choices, request.frame)
-        plan = plan_area(area, found, frame)
+        plan = plan_area(area, found, frame, refine=list(REFINED))
     except EinschaltError:
         return Outcome(kind, "refused")
     if not plan.is_recommended:

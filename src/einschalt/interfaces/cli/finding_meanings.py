@@ -8,6 +8,10 @@ MEANINGS = mark_each(
         "exchanged_names": (
             "Pairs of points that were measured under each other's name."
         ),
+        "control_under_another_name": (
+            "A control point lies far from where it is given, and a new point lies "
+            "there."
+        ),
         "kept_gross_measurements": (
             "Gross errors that take part in the computation, and spoil what is near "
             "them."
@@ -197,6 +201,10 @@ CAUSES = mark_each(
     {
         "exchanged_names": (
             "Two points of a model were measured under each other's name."
+        ),
+        "control_under_another_name": (
+            "The names of both points are exchanged in all measurements, or the list "
+            "of control gives the coordinates of the other point."
         ),
         "kept_gross_measurements": (
             "outliers is keep, and measurements are wrong, or wrongly named."

@@ -8,6 +8,10 @@ TESTS = mark_each(
             "Whether m_0 of a model that fits badly becomes usual when the names of "
             "two of its points are exchanged."
         ),
+        "control_under_another_name": (
+            "Whether a new point lies where a control point is given that itself lies "
+            "elsewhere."
+        ),
         "kept_gross_measurements": (
             "What the other models of the flight contradict in a simultaneous "
             "adjustment of it; and which findings are gone without these measurements."
@@ -213,7 +217,8 @@ TESTS = mark_each(
 )
 # codes of remedies: of the summary, or of the table below
 REMEDIES_OF = {
-    "exchanged_names": ("put_the_names_right",),
+    "exchanged_names": ("put_the_names_right", "compare_names_of_both_flights"),
+    "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "measurements_given_twice": ("take_copies_out",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),

@@ -134,7 +134,9 @@ def _exchanged_names(exchanges, explained):
         statistic="m_0 of the model, as measured and with the names put right",
         observed=worst.m_0,
         expected=worst.m_0_exchanged,
-        remedy="put_the_names_right",
+        remedy="compare_names_of_both_flights"
+        if worst.is_everywhere
+        else "put_the_names_right",
         facts={
             "n_exchanges": len(exchanges),
             "exchanges": tuple(map(_facts, exchanges[:MOST_EXCHANGES])),

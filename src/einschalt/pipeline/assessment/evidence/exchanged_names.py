@@ -7,7 +7,7 @@ makes it fit is the cause. Where suspects have no coordinates that their models 
 fitted onto, the median of their values takes the place.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -46,6 +46,9 @@ class ExchangedNames:
     m_0: float
     m_0_exchanged: float
     model_points: tuple[str, ...]  # all points of the model
+    # whether all models of the flight that hold both points have them exchanged, and
+    # several do: then they may be exchanged in what these models are fitted onto
+    is_everywhere: bool = False
 
 
 def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
@@ -58,7 +61,24 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
         for name, flight in solution.block.flights.items()
         for exchange in _in_flight(solution, name, flight.transformation)
     ]
+    found = [
+        replace(one, is_everywhere=_is_everywhere(one, found, solution.model_points))
+        for one in found
+    ]
     return tuple(sorted(found, key=lambda e: -np.nan_to_num(e.apart)))
+
+
+def _is_everywhere(one, found, model_points):
+    """Whether no model of the flight holds both points under their own names."""
+    alike = [(e.flight, frozenset(e.points)) for e in found]
+    n_exchanged = alike.count((one.flight, frozenset(one.points)))
+    measured = tables.with_coverage(model_points[one.flight])
+    held = [
+        encode_pairs(*columns_of(rows, MODEL).to_numpy(dtype=object).T)
+        for rows in (measured[measured["point_id"] == name] for name in one.points)
+    ]
+    n_both = int((held[0].locate(held[1]) >= 0).sum())
+    return 1 < n_exchanged == n_both
 
 
 def _in_flight(solution, name, kind):

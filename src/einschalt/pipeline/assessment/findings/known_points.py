@@ -1,7 +1,10 @@
 """Whether points with given coordinates agree with the claimed figure."""
 
 import numpy as np
+import pandas as pd
 
+from einschalt.foundations.frame_columns import values_of
+from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding
 from einschalt.pipeline.assessment.known_points import (
@@ -14,6 +17,10 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 FEWEST_POINTS = 4
 # of the root mean square: a smaller one explains little
 LEAST_SHARE_OF_SHIFT = 0.5
+PLAN, GIVEN = ["easting", "northing"], ["given_easting", "given_northing"]
+# as near a new point is where it is the control point: by what is claimed, and by the
+# distance that the control point itself is off, which moves its neighbours
+WITHIN_CLAIM, WITHIN_MISS, MOST_OF_MISS = 10.0, 0.02, 0.1
 
 
 def check_points_beyond_claim(examined):
@@ -136,10 +143,83 @@ def _shifted(role, known, shift):
     )
 
 
-TWO_STEP = SIMULTANEOUS = (
+def control_under_another_name(two_step):
+    """New points that lie where control is given, which lies elsewhere itself.
+
+    Two names that are exchanged in all measurements, or in the list of control, leave
+    no residual but that of the control point.
+    """
+    table = two_step.control_left_out
+    # others may be off because of the wrong one
+    table = table[table["point_id"].isin(wrong_control(two_step.control_patterns))]
+    columns = ["difference_easting", "difference_northing"]
+    return _under_another_name(two_step, table, columns)
+
+
+def control_under_another_name_of_adjustment(adjusted):
+    """The same, by the strain of control that contradicts the adjustment."""
+    columns = ["strain_easting", "strain_northing"]
+    return _under_another_name(adjusted, adjusted.adjustment.control, columns)
+
+
+def _under_another_name(examined, table, columns):
+    off = _far_off(examined, table[table["is_suspect"].astype(bool)], columns)
+    points = examined.points
+    new = points[points["role"] == "new"].dropna(subset=PLAN)
+    if not len(off) or not len(new):
+        return None
+    nearest, away = _nearest(values_of(new, PLAN), values_of(off, GIVEN))
+    miss = off["miss"].to_numpy()
+    precise = np.nan_to_num(float(examined.figures.mean_within))
+    is_there = away <= np.minimum(
+        np.maximum(WITHIN_CLAIM * precise, WITHIN_MISS * miss), MOST_OF_MISS * miss
+    )
+    if not is_there.any():
+        return None
+    rows = np.flatnonzero(is_there)[np.argsort(-miss[is_there], kind="stable")]
+    control = off["point_id"].to_numpy(dtype=object)[rows]
+    other = new["point_id"].to_numpy(dtype=object)[nearest[rows]]
+    return finding(
+        "control_under_another_name",
+        names=[name for pair in zip(control, other, strict=True) for name in pair],
+        statistic="distance of a new point from the given control point",
+        observed=away[rows[0]],
+        expected=miss[rows[0]],
+        remedy="correct_control_name",
+        facts={
+            "n_points": len(rows),
+            "miss": float(miss[rows[0]]),
+            "away": float(away[rows[0]]),
+        },
+    )
+
+
+def _far_off(examined, table, columns):
+    """Where suspects are given, and how far off they are: GIVEN, ``miss`` [m]."""
+    given = examined.block.control_points
+    if not len(table) or given is None:
+        return pd.DataFrame(columns=["point_id", *GIVEN, "miss"])
+    off = pd.DataFrame({"point_id": table["point_id"].to_numpy(dtype=object)})
+    off["miss"] = np.hypot(*values_of(table, columns).T)
+    given = given.set_index("point_id")[PLAN].reindex(off["point_id"])
+    off[GIVEN] = given.to_numpy(dtype=float)
+    return off.dropna(subset=[*GIVEN, "miss"])
+
+
+def _nearest(places, wanted):
+    """Row of the nearest of places to each that is wanted, and its distance [m]."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when control is off
+
+    away, nearest = KDTree(places).query(wanted)
+    return nearest, away
+
+
+FOR_BOTH = (
     lone_wrong_check_point,
     check_points_beyond_claim,
     check_points_better_than_claim,
     control_points_beyond_claim,
     shifted_block,
 )
+TWO_STEP = (control_under_another_name, *FOR_BOTH)
+SIMULTANEOUS = (control_under_another_name_of_adjustment, *FOR_BOTH)

@@ -4,6 +4,7 @@ import numpy as np
 
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
@@ -146,9 +147,12 @@ def control_that_contradicts(two_step):
     if suspects.empty:
         return None
     largest = _largest(suspects, "difference")
+    names = suspects["point_id"].to_numpy(dtype=object)
+    # the one that explains most: a wrong one moves what is predicted with it as well
+    is_wrong = np.isin(names, wrong_control(two_step.control_patterns))
     return finding(
         "control_that_contradicts",
-        names=suspects["point_id"],
+        names=names[np.argsort(~is_wrong, kind="stable")],
         statistic="difference at a control point that was left out",
         observed=largest,
         probability=np.nanmin(bonferroni(table["p_value"])),

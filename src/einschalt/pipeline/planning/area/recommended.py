@@ -202,8 +202,6 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
             require_densified(found.layout, plan["spacing"])
-        if ground.heights is not None:  # it may be too high anywhere in the area
-            whole(plan)
         return propagate(found.layout)
 
     def whole(plan):
@@ -218,7 +216,8 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         patience=PATIENCE,
         enough=ENOUGH,
         judge=judge,
-        # by what the area takes, not by the estimate
+        # by what the area takes, not by the estimate; ground that is too high anywhere
+        # in the area refuses what would be kept
         cost=lambda plan: whole(plan)[1].cost / area.square_km,
         count=layouts.cost,
         refine=refine,
@@ -231,7 +230,7 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = layouts.of(best.plan)
-    notes = [*said, *_note_of_part(part), *left_out]
+    notes = [*said, *_note_of_part(part, layout), *left_out]
     parts = (area, checked.search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes), frame, ground.heights, ground.follows)
 
@@ -241,14 +240,19 @@ def _most_tried(area, search):
     return MOST_OF_LARGE if n_points > LARGE else MOST_TRIED
 
 
-def _note_of_part(part):
-    """Say on what a plan was propagated, where the whole area is too large."""
+def _note_of_part(part, whole):
+    """Say on what a plan was propagated, where the whole area is too large.
+
+    A part has more control, for its own borders: say what the whole layout has.
+    """
     if not part.is_part:
         return []
     length, width = part.layout.area.extent
     said = (
         f"Its precision was propagated on a part of {length:.0f} x {width:.0f} m, "
-        "with borders of its own: the whole has too many models."
+        "with borders of its own: the whole has too many models. Of the whole area "
+        f"{per_cent(len(whole.control) / len(whole.position))} of the points are "
+        "control."
     )
     return [said]
 

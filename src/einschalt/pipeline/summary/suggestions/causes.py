@@ -14,7 +14,17 @@ GROSS = mark(
     "with the other models of the flight and left in the computation, worst first "
     "(flight, coverage, model, point): {observations:observations of n_observations}"
 )
-REMEDIES = mark_each({"put_the_names_right": "Correct the names and compute again"})
+REMEDIES = mark_each(
+    {
+        "put_the_names_right": "Correct the names and compute again",
+        "compare_names_of_both_flights": (
+            "All models that hold the first two points have them exchanged: so they "
+            "may be exchanged there, or in what the models are fitted onto (the high "
+            "flight, or the given coordinates). The measurements do not tell which: "
+            "compare the points with their descriptions, and correct the names there"
+        ),
+    }
+)
 EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
     "corrected its m_0 is {m_0_exchanged} instead of {m_0}"

@@ -29,6 +29,10 @@ REMEDIES = mark_each(
             "State standard_error_m of the control points: no errors of their own are "
             "expected so far"
         ),
+        "correct_control_name": (
+            "Their names are exchanged in all measurements, or the list of control "
+            "gives the coordinates of the other one: correct it and compute again"
+        ),
         "look_at_reference_system": (
             "Check the reference system and the epoch of the given coordinates"
         ),
@@ -52,6 +56,14 @@ LONE = mark(
     "Check point {point} differs by {largest:length}: without it the differences at "
     "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
     "{rms:length}, expected {claimed:length}"
+)
+UNDER_ANOTHER_NAME = mark(
+    "Control point {control} lies {miss:length} from where it is given, and new point "
+    "{other} lies there, {away:length} away"
+)
+SEVERAL_UNDER_ANOTHER_NAME = mark(
+    "{n_points:count control point} lie elsewhere than given, and new points lie "
+    "there: {control} is {miss:length} off, and {other} {away:length} from it"
 )
 OF_CONTROL = mark(
     "The differences at {n_points:count control point} are {rms:length} (total, RMS), "
@@ -79,6 +91,15 @@ def check_points_beyond_claim(finding):
     return filled(SEVERAL_BEYOND, finding, worst=names(finding.names[:n_far]))
 
 
+def control_under_another_name(finding):
+    """The first pair of points, and how many more there are."""
+    control, other = (names([name]) for name in finding.names[:2])
+    message = UNDER_ANOTHER_NAME
+    if finding.facts["n_points"] > 1:
+        message = SEVERAL_UNDER_ANOTHER_NAME
+    return filled(message, finding, control=control, other=other)
+
+
 def lone_wrong_check_point(finding):
     """Which check point it is, and what the others say."""
     return filled(LONE, finding, point=names(finding.names))
@@ -97,6 +118,7 @@ def shifted_block(finding):
 WORDS = {
     "check_points_beyond_claim": check_points_beyond_claim,
     "lone_wrong_check_point": lone_wrong_check_point,
+    "control_under_another_name": control_under_another_name,
     "check_points_better_than_claim": OF_CHECK,
     "control_points_beyond_claim": control_points_beyond_claim,
     "shifted_block": shifted_block,
