@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 PLAN = ["easting", "northing"]
@@ -281,3 +282,31 @@ def test_names_exchanged_in_one_model_are_to_be_corrected_there(exchanged):
     found = solved(exchanged, "two_step", "snoop").assessment.findings[0]
     assert found.code == "exchanged_names"
     assert found.remedy == "put_the_names_right"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_heights_without_the_control_that_was_set_aside_are_as_claimed(seed):
+    """The two steps hold it: of the adjustment 30 cm were claimed, where 4 are true."""
+    geometry = BlockGeometry(
+        width=3e3,
+        height=3e3,
+        n_check=6,
+        measurement="images",
+        transformation="helmert_3d",
+    )
+    block = simulate_block("demo", seed=seed, geometry=geometry)
+    control = block.control_points.copy()
+    row = control.index[control["role"] == "control"][5]
+    control.loc[row, "height"] += 3.0
+    result = solved(replace(block, control_points=control), "simultaneous", "snoop")
+    new = result.points[result.points["role"] == "new"]
+    true = block.truth.set_index("point_id")["height"].reindex(new["point_id"])
+    error = np.sqrt(np.mean((new["height"].to_numpy() - true.to_numpy()) ** 2))
+    heights = result.assessment.credible_heights
+    assert not heights.is_lower_bound
+    assert 0.7 < heights.value / error < 1.4
+    # and it is the heights of the adjustment that are compared with the check points
+    check = result.points[result.points["role"] == "check"]
+    (test,) = result.assessment.height_claim.tests
+    rms = np.sqrt(np.mean(check["difference_height"] ** 2))
+    assert test.observed == pytest.approx(rms)

@@ -4,7 +4,7 @@ An examination computes when it is asked; :func:`einschalt.pipeline.assessment.a
 judges what comes out. Each way of densification is examined in its own way.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from operator import attrgetter
 
@@ -26,7 +26,6 @@ from einschalt.pipeline.assessment.credible_heights import (
     credible_heights,
 )
 from einschalt.pipeline.assessment.evidence.claim import (
-    LEFT_OUT,
     UNTESTED,
     examine_claim,
 )
@@ -38,7 +37,10 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     moved_by_left_out_control,
     moved_by_suspects,
 )
-from einschalt.pipeline.assessment.evidence.control.heights import examine_height_claim
+from einschalt.pipeline.assessment.evidence.control.heights import (
+    examine_adjusted_heights,
+    examine_height_claim,
+)
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
     Kind,
@@ -372,7 +374,15 @@ class SimultaneousExamination(Examination):
         return examine(self.solution.two_step)
 
     oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
-    apart_from_two_steps = cached_property(moved_between_ways)
+
+    @cached_property
+    def apart_from_two_steps(self):
+        """How far it lies from the two steps, beyond the errors of both.
+
+        Nothing where one control point was set aside, which the two steps hold; where
+        several were, they may be right.
+        """
+        return NOTHING if len(self._set_aside) == 1 else moved_between_ways(self)
 
     @property
     def left_out_differences(self):
@@ -413,11 +423,10 @@ class SimultaneousExamination(Examination):
 
     @cached_property
     def height_claim(self):
-        """That of the two steps, but for control where some was set aside."""
-        claim = self.two_step.height_claim
-        if not self._set_aside:
-            return claim
-        return replace(claim, tests=tuple(t for t in claim.tests if t.name != LEFT_OUT))
+        """Heights of the adjustment; without control where some was set aside."""
+        return examine_adjusted_heights(
+            self.two_step, self.points, is_without_control=bool(self._set_aside)
+        )
 
     @cached_property
     def _set_aside(self):

@@ -33,7 +33,20 @@ def examine_height_claim(examined) -> Claim:
     """Test heights of known points against what the claimed heights predict."""
     if examined.errors is None or examined.errors.axes is not Axes.SPACE:
         return UNTESTED
-    tests = (_left_out(examined), _check(examined))
+    tests = (_left_out(examined), _check(examined, examined.solution.points))
+    return Claim(tuple(test for test in tests if test is not None), None)
+
+
+def examine_adjusted_heights(two_step, points, *, is_without_control) -> Claim:
+    """The same of one adjustment, which gives the ``points``.
+
+    What they share is known of the two steps only. ``is_without_control``: some control
+    was set aside, and what the two steps make of it says nothing of the adjustment.
+    """
+    if two_step.errors is None or two_step.errors.axes is not Axes.SPACE:
+        return UNTESTED
+    left_out = None if is_without_control else _left_out(two_step)
+    tests = (left_out, _check(two_step, points))
     return Claim(tuple(test for test in tests if test is not None), None)
 
 
@@ -46,9 +59,9 @@ def _left_out(examined):
     return _test(LEFT_OUT, left_out.of_heights[0], covariance)
 
 
-def _check(examined):
+def _check(examined, points):
     """Check points: densified minus given, both with errors."""
-    points, errors = examined.solution.points, examined.errors
+    errors = examined.errors
     missed = points["difference_height"].notna() & (points["role"] == "check")
     rows = points[missed].head(MOST_POINTS)
     if rows.empty:
@@ -58,6 +71,12 @@ def _check(examined):
     pick = selection(places, len(errors.point_ids), errors.axes)
     chains = {name: (pick @ chain).formed() for name, chain in errors.chains.items()}
     covariance = covariance_of(chains, errors.standard_errors, HEIGHT)
+    if points is not examined.solution.points:  # as alike, but not of that size
+        sizes = rows["standard_error_height"].to_numpy(dtype=float)
+        factor = sizes / np.sqrt(np.diag(covariance))
+        if not np.isfinite(factor).all():
+            return None
+        covariance = covariance * np.outer(factor, factor)
     given = examined.block.control_points
     at = encode(given["point_id"]).locate(encode(ids))
     own = errors_of_control(examined.block, Axes.SPACE)
