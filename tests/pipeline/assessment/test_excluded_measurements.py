@@ -310,3 +310,44 @@ def test_heights_without_the_control_that_was_set_aside_are_as_claimed(seed):
     (test,) = result.assessment.height_claim.tests
     rms = np.sqrt(np.mean(check["difference_height"] ** 2))
     assert test.observed == pytest.approx(rms)
+
+
+WRONG_CONTROL = [
+    ("two_step", "keep", "control_that_contradicts"),
+    ("simultaneous", "keep", "control_against_block"),
+    ("simultaneous", "snoop", "control_set_aside"),
+]
+
+
+@pytest.mark.parametrize(("method", "outliers", "code"), WRONG_CONTROL)
+def test_what_follows_from_wrong_control_stands_under_it(method, outliers, code):
+    """Ten findings stood beside each other, and m_g was to be raised."""
+    block = simulate_block("demo", seed=7)
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == "1100", "easting"] += 900.0
+    result = solved(replace(block, control_points=control), method, outliers)
+    judged = result.assessment
+    first, *others = judged.findings
+    assert first.code == code
+    assert first.names[0] == "1100"
+    follows = [found.code for found in others if found.explained_by == code]
+    assert list(first.facts["explains"]) == follows
+    assert {"wrong_measuring_errors", "coverages_that_differ"} <= set(follows)
+    assert not [found for found in others if not found.explained_by]
+    assert judged.causes == (code,)
+    is_out = code == "control_set_aside"
+    assert judged.claim_is_supported is is_out
+
+
+def test_what_does_not_follow_from_a_wrong_control_point_stands_by_itself():
+    block = simulate_block("demo", seed=7)
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == "1100", "easting"] += 10.0
+    low = block.low_flight.model_points.copy()
+    row = low.index[~low["point_id"].isin(control["point_id"])][20]
+    low.loc[row, "x"] += 1000.0
+    block = replace(block, control_points=control)
+    block = replace(block, low_flight=replace(block.low_flight, model_points=low))
+    findings = solved(block, "two_step", "snoop").assessment.findings
+    by_itself = {found.code for found in findings if not found.explained_by}
+    assert {"control_that_contradicts", "gross_measurements"} <= by_itself

@@ -9,6 +9,7 @@ from tests.changed_results import changed
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.choice import ChoiceReason, MethodChoice
 from einschalt.pipeline.assessment.facts.precision_of_points import SpreadFacts
+from einschalt.pipeline.assessment.kept_gross_errors import OF_CONTROL
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.sections.precision import caution
@@ -143,6 +144,7 @@ def test_every_cause_has_words(faulty_result):
             "kept_gross_measurements",
             "measurements_given_twice",
             "lone_wrong_check_point",
+            *OF_CONTROL,
         }
     )
 

@@ -74,7 +74,10 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     TWO_STEP,
     findings_of,
 )
-from einschalt.pipeline.assessment.kept_gross_errors import with_kept_gross_errors
+from einschalt.pipeline.assessment.kept_gross_errors import (
+    with_kept_gross_errors,
+    with_wrong_control,
+)
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
 
@@ -174,6 +177,12 @@ def _of_other_method(examined, *, is_asked_for):
     }
 
 
+def _with_gross_errors(examined, judges, findings):
+    """Put what follows from wrong control, or from wrong measurements, under these."""
+    findings = with_wrong_control(examined, judges, findings)
+    return with_kept_gross_errors(examined, judges, findings)
+
+
 @singledispatch
 def _of_its_way(examined):
     """What is judged of one way of densification only, or of each in its own way."""
@@ -186,7 +195,7 @@ def _(examined: TwoStepExamination):
         findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
     )
     return {
-        "findings": with_kept_gross_errors(examined, TWO_STEP, found),
+        "findings": _with_gross_errors(examined, TWO_STEP, found),
         "precision": two_step_precision(examined),
         "control_strain": displaced_control_facts(examined),
     }
@@ -200,7 +209,7 @@ def _(examined: SimultaneousExamination):
         is_coupled=examined.settings.outliers == "keep",
     )
     return {
-        "findings": with_kept_gross_errors(examined, SIMULTANEOUS, found),
+        "findings": _with_gross_errors(examined, SIMULTANEOUS, found),
         "precision": simultaneous_precision(examined),
         "control_strain": suspect_control_facts(examined),
     }

@@ -328,7 +328,12 @@ class TwoStepExamination(Examination):
     @cached_property
     def strain(self):
         """Strain of control beside single points that are wrong: NetworkStrain."""
-        return strain_without(self, wrong_control(self.control_patterns))
+        return strain_without(self, self.wrong_control)
+
+    @cached_property
+    def wrong_control(self):
+        """Names of the control points that are wrong, each by itself."""
+        return frozenset(wrong_control(self.control_patterns))
 
     @cached_property
     def exchanged_names(self):
@@ -418,8 +423,12 @@ class SimultaneousExamination(Examination):
     @cached_property
     def strain(self):
         """Strain of control beside what was set aside, or is wrong by itself."""
-        wrong = {*self._set_aside, *wrong_control(self.control_patterns)}
-        return strain_without(self.two_step, wrong)
+        return strain_without(self.two_step, self.wrong_control)
+
+    @cached_property
+    def wrong_control(self):
+        """Names of what was set aside, and of control that is wrong by itself."""
+        return self._set_aside | frozenset(wrong_control(self.control_patterns))
 
     @cached_property
     def height_claim(self):
@@ -431,7 +440,7 @@ class SimultaneousExamination(Examination):
     @cached_property
     def _set_aside(self):
         control = self.adjustment.control
-        return set(control.loc[control["is_set_aside"], "point_id"])
+        return frozenset(control.loc[control["is_set_aside"], "point_id"])
 
     @property
     def claimed_column(self):

@@ -3,7 +3,8 @@
 With ``outliers = "keep"`` a single wrong measurement spoils the residuals of its model,
 the differences of its coverages, every figure of the block. So a small block in which
 something is found is computed once more without what contradicts the other models of
-its flight: findings that are gone by then follow from it.
+its flight: findings that are gone by then follow from it. So is one in which single
+control points are wrong, without these.
 """
 
 from dataclasses import replace
@@ -32,6 +33,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
+OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
 NO_CONSEQUENCES = {
@@ -68,6 +70,47 @@ def with_kept_gross_errors(examined, judges, findings):
         for found in findings
     )
     return in_order((*marked, _finding(gross, explained)))
+
+
+def with_wrong_control(examined, judges, findings):
+    """Put what follows from single wrong control points under these.
+
+    As they were where none is wrong by itself, or no finding is gone without them.
+    """
+    causes = [found for found in findings if found.code in OF_CONTROL]
+    may_follow = [found for found in findings if _may_follow(found)]
+    may_follow = [found for found in may_follow if found not in causes]
+    wrong = _wrong_control(examined)
+    if not (causes and may_follow and wrong) or causes[0].explained_by:
+        return findings
+    control = examined.block.control_points
+    others = control[~control["point_id"].isin(wrong)]
+    block = replace(examined.block, control_points=others)
+    try:
+        again = _solved(examined, block, examined.settings)
+        remaining = {found.code for found in findings_of(again, judges)}
+    except EinschaltError:  # the rest does not determine the block
+        return findings
+    explained = tuple(f.code for f in may_follow if f.code not in remaining)
+    cause = replace(causes[0], facts={**causes[0].facts, "explains": explained})
+    return tuple(
+        cause
+        if found is causes[0]
+        else replace(found, explained_by=cause.code)
+        if found in may_follow and found.code in explained
+        else found
+        for found in findings
+    )
+
+
+def _wrong_control(examined):
+    """Names of the control points that are wrong, each by itself; of small blocks."""
+    two_step = examined.two_step
+    if not two_step.is_possible:
+        return frozenset()
+    if sum(map(len, two_step.model_points.values())) > MOST_TRIED:
+        return frozenset()
+    return examined.wrong_control
 
 
 def _may_follow(found):
@@ -107,11 +150,15 @@ def _snooping(examined):
 
 
 def _solved_without(examined):
-    solution = examined.solution
-    is_in_two_steps = isinstance(solution, TwoStepSolution)
+    return _solved(examined, examined.block, _snooping(examined))
+
+
+def _solved(examined, block, settings):
+    """Examination of a block that is computed in the same way."""
+    is_in_two_steps = isinstance(examined.solution, TwoStepSolution)
     solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
     flights = examined.two_step.solution.flights
-    return examine(solve(solution.block, _snooping(examined), flights, _in_silence))
+    return examine(solve(block, settings, flights, _in_silence))
 
 
 def _in_silence(_stage):

@@ -40,6 +40,10 @@ CAUSES = mark_each(
         "lone_wrong_check_point": "check the one check point that is far off first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "measurements_given_twice": "remove the measurements given twice first",
+        **dict.fromkeys(
+            ("control_that_contradicts", "control_against_block", "control_set_aside"),
+            "check the wrong control first",
+        ),
     }
 )
 HEIGHTS = mark("heights {figure}")

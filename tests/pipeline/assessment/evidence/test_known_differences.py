@@ -99,6 +99,13 @@ def test_one_adjustment_takes_what_two_steps_share(results):
     assert known.degrees == pytest.approx(results[0].examination.known_check.degrees)
 
 
+def test_points_of_another_solution_share_nothing_that_is_known(results):
+    examined = results[0].examination
+    names = examined.known_check.point_ids.copy()
+    names[0] = "somewhere else"
+    assert shared_differences(examined, names) is None
+
+
 def test_single_points_share_nothing(results):
     examined = results[0].examination
     assert shared_differences(examined, examined.known_check.point_ids[:1]) is None

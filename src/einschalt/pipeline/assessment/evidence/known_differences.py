@@ -45,6 +45,8 @@ def shared_differences(examined, point_ids) -> SharedDifferences | None:
         return None
     few = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
     covariance = _covariance(two_step, model, np.asarray(point_ids)[few])
+    if covariance is None:
+        return None
     total = np.trace(covariance)
     if not (np.isfinite(covariance).all() and total > 0.0):
         return None
@@ -64,14 +66,16 @@ def _of_all(covariance, n):
 
 
 def _covariance(two_step, model, point_ids):
-    """Of densified less given coordinates, all of one axis first [m²]."""
+    """Of densified less given coordinates, all of one axis first [m²]; or None."""
     axes, block = model.axes, two_step.block
     names = encode(two_step.means.points["point_id"])
     rows = names.locate(encode(point_ids))
+    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
+    if min(rows.min(), place.min()) < 0:  # points of another solution
+        return None
     pick = selection(rows, len(two_step.means.points), axes)
     chains = {name: pick @ chain for name, chain in model.chains.items()}
     given = errors_of_control(block, axes)
-    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
     given = given.picked(selection(place, len(block.control_points), axes))
     sizes = {**given.sizes, **model.standard_errors}
     if given.to_be_estimated:

@@ -43,7 +43,8 @@ def suggestion_of(finding) -> Suggestion:
     if isinstance(said, Suggestion):  # with details, or a remedy of its own
         return said
     remedy = REMEDIES[finding.remedy]
-    return Suggestion(said, translated(remedy) if remedy else "")
+    details = causes.explained(finding.facts.get("explains", ()))
+    return Suggestion(said, translated(remedy) if remedy else "", details=details)
 
 
 def suggestions_of(findings) -> tuple[Suggestion, ...]:

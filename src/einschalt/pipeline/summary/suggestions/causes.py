@@ -45,7 +45,7 @@ def exchanged_names(finding):
     return Suggestion(
         translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
         translated(REMEDIES[finding.remedy]),
-        details=_explained(finding.facts["explains"]),
+        details=explained(finding.facts["explains"]),
     )
 
 
@@ -54,7 +54,7 @@ def kept_gross_measurements(finding):
     return Suggestion(
         filled(GROSS, finding),
         translated(suspects.REMEDIES[finding.remedy]),
-        details=_explained(finding.facts["explains"]),
+        details=explained(finding.facts["explains"]),
     )
 
 
@@ -72,7 +72,7 @@ def _exchange(facts):
     )
 
 
-def _explained(codes):
+def explained(codes):
     """What follows from the cause, by name: more words would repeat it."""
     if not codes:
         return ()
