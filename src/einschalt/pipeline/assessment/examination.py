@@ -433,6 +433,8 @@ class SimultaneousExamination(Examination):
     @cached_property
     def height_claim(self):
         """Heights of the adjustment; without control where some was set aside."""
+        if not self.two_step.is_possible:
+            return self.two_step.height_claim
         return examine_adjusted_heights(
             self.two_step, self.points, is_without_control=bool(self._set_aside)
         )

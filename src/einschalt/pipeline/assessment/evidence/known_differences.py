@@ -40,9 +40,10 @@ def shared_differences(examined, point_ids) -> SharedDifferences | None:
     None where sizes of errors are not known, or nothing is left of the differences.
     """
     two_step = examined.two_step
-    n, model = len(point_ids), two_step.error_model
-    if model is None or n < 2:
+    n = len(point_ids)
+    if not two_step.is_possible or two_step.error_model is None or n < 2:
         return None
+    model = two_step.error_model
     few = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
     covariance = _covariance(two_step, model, np.asarray(point_ids)[few])
     if covariance is None:

@@ -156,10 +156,10 @@ def strain_without(examined, wrong):
     Names of points; None where the others do not check each other, or nothing was
     looked for. A single wrong point would pass for a strain of its neighbours.
     """
-    strain, control = examined.patterns.strain, examined.block.control_points
+    strain = examined.patterns.strain
     if strain is None or not wrong:
         return strain
-    scores = strain.scores
+    scores, control = strain.scores, examined.block.control_points
     names = control["point_id"].to_numpy(dtype=object)[scores.places]
     is_free = np.isin(names, list(wrong))
     if not is_free.any():
