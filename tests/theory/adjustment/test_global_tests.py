@@ -7,11 +7,11 @@ from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.weightstats import DescrStatsW
 
 from einschalt.theory.adjustment.global_tests import (
-    mean_differs_from_zero,
     mean_p_values,
     ratio_limits,
     ratio_p_value,
 )
+from einschalt.theory.adjustment.multiple_testing import any_significant
 
 LEVEL = 0.001
 
@@ -44,6 +44,11 @@ def test_probability_of_a_ratio_at_its_limit_is_the_significance(degrees):
     expected = stats.chi2.sf(degrees * 1.1**2, degrees)
     assert ratio_p_value(1.1, degrees) == pytest.approx(expected)
     assert np.isnan(ratio_p_value(1.1, 0))
+
+
+def mean_differs_from_zero(values, level):
+    """Whether the mean in any axis is farther from zero than chance explains."""
+    return any_significant(mean_p_values(values), level)
 
 
 @pytest.mark.parametrize("n", [2, 3, 15, 400])

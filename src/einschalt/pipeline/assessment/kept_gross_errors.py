@@ -78,8 +78,11 @@ def with_wrong_control(examined, judges, findings):
     As they were where none is wrong by itself, or no finding is gone without them.
     """
     causes = [found for found in findings if found.code in OF_CONTROL]
-    may_follow = [found for found in findings if _may_follow(found)]
-    may_follow = [found for found in may_follow if found not in causes]
+    may_follow = [
+        found.code
+        for found in findings
+        if _may_follow(found) and found.code not in OF_CONTROL
+    ]
     wrong = _wrong_control(examined)
     if not (causes and may_follow and wrong) or causes[0].explained_by:
         return findings
@@ -91,13 +94,13 @@ def with_wrong_control(examined, judges, findings):
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not determine the block
         return findings
-    explained = tuple(f.code for f in may_follow if f.code not in remaining)
+    explained = tuple(code for code in may_follow if code not in remaining)
     cause = replace(causes[0], facts={**causes[0].facts, "explains": explained})
     return tuple(
         cause
         if found is causes[0]
         else replace(found, explained_by=cause.code)
-        if found in may_follow and found.code in explained
+        if found.code in explained and not found.explained_by
         else found
         for found in findings
     )

@@ -11,8 +11,6 @@ import numpy as np
 # scipy.stats takes a second to import
 from scipy.special import chdtrc, chdtri, stdtr
 
-from einschalt.theory.adjustment.multiple_testing import any_significant
-
 
 def ratio_limits(degrees, significance, least_ratio=1.0):
     """Limits of an RMS error divided by its expected value, if the latter is correct.
@@ -75,17 +73,3 @@ def mean_p_values(values):
     with np.errstate(divide="ignore", invalid="ignore"):
         t = values.mean(axis=0) / error
     return 2.0 * stdtr(n - 1, -np.abs(t))
-
-
-def mean_differs_from_zero(values, level):
-    """Whether the mean in any axis is farther from zero than chance explains.
-
-    ``level`` is the probability of error of all axes together (Bonferroni).
-
-    >>> shifts = np.array([[0.11, 0.0], [0.12, 0.1], [0.1, -0.1], [0.11, 0.0]])
-    >>> mean_differs_from_zero(shifts, 0.001)
-    True
-    >>> mean_differs_from_zero(shifts - [0.11, 0.0], 0.001)
-    False
-    """
-    return any_significant(mean_p_values(values), level)

@@ -86,7 +86,7 @@ def plans_between(search, plan, frame, names) -> pd.DataFrame:
             "high_over_low": float(plan["high_scale_number"] / plan["scale_number"]),
         }
         | finer
-        | {"n_settings": {*plans["n_settings"], *finer.get("n_settings", ())}},
+        | {"n_settings": (*plans["n_settings"].unique(), *finer.get("n_settings", ()))},
         spacing=float(plan["spacing"]),
         m_g_um=tuple(plans["m_g_um"].unique()),
         n_coverages=int(plan["n_coverages"]),
@@ -119,9 +119,7 @@ def searched_with(search, more):
 
 
 def describe_finer(finer) -> str:
-    """Say which values may make a plan cheaper; empty where there are none."""
-    if not finer:
-        return ""
+    """Say which values, of one choice or more, may make a plan cheaper."""
     asked = " ".join(
         f"{REFINED[name]} {','.join(f'{value:g}' for value in values)}"
         for name, values in finer.items()
