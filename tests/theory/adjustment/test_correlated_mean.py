@@ -180,3 +180,14 @@ def test_groups_without_values_have_no_shares():
     joint, _ = joint_of(np.random.default_rng(6), np.array([0, 2]), 2)
     some = joint.shares([0, 1], [0, 0, 2, 2])
     np.testing.assert_array_equal(some, joint.shares([0, 1], [0, 2]))
+
+
+@pytest.mark.parametrize("k", [2, 3, 7])
+def test_what_is_alike_in_all_coordinates_has_the_shares_of_one_of_them(k):
+    single = random_covariance(np.random.default_rng(k), k, 1)
+    alike = as_blocks(np.kron(single, np.eye(2)), k)[None]
+    of_one = best_shares(as_blocks(single, k)[None])
+    np.testing.assert_array_equal(best_shares(alike), of_one * np.eye(2))
+    # as long as nothing tells the coordinates apart: these are found the long way
+    apart = alike * np.array([[1.0, 0.0], [0.0, 1.0 + 1e-9]])
+    np.testing.assert_allclose(best_shares(apart), best_shares(alike), atol=1e-8)

@@ -292,3 +292,14 @@ def test_rows_are_multiplied_on_any_number_of_cores(monkeypatch, kind):
     np.testing.assert_allclose(whole, dense @ columns, atol=1e-12)
     nothing = PointOperator((sparse.csr_array((37, 20)),), Axes.COMPLEX)
     assert not nothing.apply(columns).any()
+
+
+def test_complex_operators_stay_real_where_nothing_turns():
+    shares = np.array([0.3, 0.7])[:, None, None] * np.eye(2)
+    blocks = Axes.COMPLEX.blocks_of(shares)
+    assert not np.iscomplexobj(blocks)
+    np.testing.assert_array_equal(blocks[:, 0, 0], [0.3, 0.7])
+    shares[1] += [[0.0, -1e-12], [1e-12, 0.0]]
+    np.testing.assert_array_equal(
+        Axes.COMPLEX.blocks_of(shares)[:, 0, 0], [0.3, 0.7 + 1e-12j]
+    )

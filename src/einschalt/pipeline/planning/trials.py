@@ -198,10 +198,12 @@ class _Shown:
         self.steps = steps
         self.common, self.own, self.single = common**2, own**2, single**2
         self.shown = []  # places and ratios
+        self._told = None  # what follows from them, asked for until there are more
 
     def learn(self, place, ratio):
         """Take what the plan at a place is, over its estimate."""
         self.shown.append((place, ratio))
+        self._told = None
 
     def _covariances(self):
         """Of all plans with those that were shown, (n, n_shown)."""
@@ -218,19 +220,26 @@ class _Shown:
     @property
     def ratios(self):
         """What each plan is likely to be, over its estimate."""
-        if not self.shown:
-            return np.ones(len(self.steps))
-        weights, _ = self._weights()
-        return np.exp(weights @ np.log([ratio for _, ratio in self.shown]))
+        return self._of_all()[0]
 
     @property
     def spreads(self):
         """Standard errors of the logarithms of the ratios."""
+        return self._of_all()[1]
+
+    def _of_all(self):
+        if self._told is None:
+            self._told = self._interpolated()
+        return self._told
+
+    def _interpolated(self):
+        """Ratios and spreads of all plans."""
         variance = np.full(len(self.steps), self.common + self.own + self.single)
-        if self.shown:
-            weights, covariances = self._weights()
-            variance -= (weights * covariances).sum(axis=1)
-        return np.sqrt(variance)
+        if not self.shown:
+            return np.ones(len(self.steps)), np.sqrt(variance)
+        weights, covariances = self._weights()
+        ratios = np.exp(weights @ np.log([ratio for _, ratio in self.shown]))
+        return ratios, np.sqrt(variance - (weights * covariances).sum(axis=1))
 
 
 def _first(is_among, *keys):

@@ -195,7 +195,8 @@ def joint_covariance(operator, met, size, standard_errors):
         return _of_whole(sparse.bsr_array(entries, blocks.shape).toarray(), met, size)
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)
     rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
-    over_segments(_joint_of_pairs, met.pointer, met.column, *rows, scaled, out)
+    given = (*rows, len(each), scaled, out)
+    over_segments(_joint_of_pairs, met.pointer, met.column, *given)
     return out
 
 
@@ -232,25 +233,27 @@ def points_in_a_bundle(matrix, axes):
 
 
 @compiled
-def _joint_of_pairs(first, last, start, column, pointer, source, blocks, out):
+def _joint_of_pairs(
+    first, last, start, column, pointer, source, n_sources, blocks, out
+):
     size, n_axes = blocks.shape[1:]
+    # where the source of the later bundle stands: it meets many, one after the other
+    place = np.full(n_sources, -1)
     for later in range(first, last):
+        for i in range(pointer[later], pointer[later + 1]):
+            place[source[i]] = i
         for p in range(start[later], start[later + 1]):
-            i, last_i = pointer[later], pointer[later + 1]
-            j, last_j = pointer[column[p]], pointer[column[p] + 1]
-            while i < last_i and j < last_j:
-                if source[i] < source[j]:
-                    i += 1
-                elif source[i] > source[j]:
-                    j += 1
-                else:
-                    for a in range(size):
-                        for b in range(size):
-                            for c in range(n_axes):
-                                product = blocks[i, a, c] * np.conj(blocks[j, b, c])
-                                out[p, a, b] += product
-                    i += 1
-                    j += 1
+            for j in range(pointer[column[p]], pointer[column[p] + 1]):
+                i = place[source[j]]
+                if i < 0:
+                    continue
+                for a in range(size):
+                    for b in range(size):
+                        for c in range(n_axes):
+                            product = blocks[i, a, c] * np.conj(blocks[j, b, c])
+                            out[p, a, b] += product
+        for i in range(pointer[later], pointer[later + 1]):
+            place[source[i]] = -1
 
 
 @compiled

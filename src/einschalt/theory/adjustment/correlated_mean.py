@@ -65,17 +65,26 @@ class JointCovariance:
         group belong to one point.
         """
         within = _places_within(self.start)
-        found = np.empty((len(order), *self.blocks.shape[1:]))
+        blocks = self.blocks
+        is_of_one = _is_alike_in_all_coordinates(blocks)
+        if is_of_one:  # the same shares of each coordinate, found once
+            blocks = blocks[:, :1, :1]
+        found = np.empty((len(order), *blocks.shape[1:]))
         over_segments(
             _share_out,
             np.ascontiguousarray(start, dtype=np.int64),
             np.ascontiguousarray(order, dtype=np.int64),
             within,
             np.cumsum(within + 1) - (within + 1),
-            np.ascontiguousarray(self.blocks, dtype=float),
+            np.ascontiguousarray(blocks, dtype=float),
             found,
         )
-        return found
+        return found * np.eye(self.blocks.shape[1]) if is_of_one else found
+
+
+def _is_alike_in_all_coordinates(blocks):
+    """Whether all are multiples of the unit matrix, as those of affine models."""
+    return np.array_equal(blocks, blocks[:, :1, :1] * np.eye(blocks.shape[1]))
 
 
 @compiled

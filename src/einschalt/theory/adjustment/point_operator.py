@@ -79,7 +79,9 @@ class Axes(Enum):
         if shares.ndim == 1:
             return shares[:, None, None] * np.eye(self.value)
         if self is Axes.COMPLEX:
-            return shares[:, :1, :1] + 1j * shares[:, 1:2, :1]
+            same, cross = shares[:, :1, :1], shares[:, 1:2, :1]
+            # affine models turn nothing: all that follows stays real, half the numbers
+            return same + 1j * cross if cross.any() else same
         return shares
 
     def draw(self, rng, sizes, n_draws):

@@ -22,6 +22,7 @@ FLIGHTS = ("high_flight", "low_flight")
 LEAST_SHARE = 0.25
 """Of the model in the area: smaller ones are flown only where nothing else covers."""
 LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
+SAME_STRIP = 1e-6  # of half a model: models whose middles differ less are in one strip
 MOST_MODELS = 20_000
 NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
 """Of a lattice of control so dense that a model of the high flight, its whole overlap,
@@ -238,20 +239,27 @@ def models_worth_flying(shape, centres, half):
     low, high = centres - half, centres + half
     footprints = shapely.box(*low.T, *high.T)
     shapely.prepare(shape)
-    is_touching = shapely.intersects(shape, footprints)
-    share = np.zeros(len(centres))
-    parts = shapely.intersection(shape, footprints[is_touching])
+    is_inside = shapely.contains_properly(shape, footprints)
+    is_cut = ~is_inside
+    is_cut[is_cut] = shapely.intersects(shape, footprints[is_cut])
+    share = np.where(is_inside, 1.0, 0.0)
+    parts = shapely.intersection(shape, footprints[is_cut])
     whole = float(np.prod(2.0 * half))
-    share[is_touching] = shapely.area(parts) / whole
+    share[is_cut] = shapely.area(parts) / whole
     kept = share >= LEAST_SHARE
     small = np.flatnonzero(~kept & (share > 0.0))
     if not len(small):
         return np.flatnonzero(kept)
     # others cannot cover more: what is theirs, and not of the large ones
-    theirs = shapely.union_all(parts[~kept[is_touching]])
+    theirs = shapely.union_all(parts[~kept[is_cut]])
     shapely.prepare(theirs)
-    beside = footprints[kept][shapely.intersects(theirs, footprints[kept])]
-    left = shapely.difference(theirs, shapely.union_all(beside))
+    beside = np.flatnonzero(kept)
+    beside = beside[shapely.intersects(theirs, footprints[beside])]
+    left = theirs
+    if len(beside):
+        left = shapely.difference(
+            theirs, shapely.union_all(_in_strips(centres[beside], half))
+        )
     for place in small[np.argsort(-share[small], kind="stable")]:
         if left.area <= LEFT_OVER * whole:
             break
@@ -259,6 +267,23 @@ def models_worth_flying(shape, centres, half):
         if left.area - rest.area > LEFT_OVER * whole:
             kept[place], left = True, rest
     return np.flatnonzero(kept)
+
+
+def _in_strips(centres, half):
+    """Rectangles that hold what the footprints of models hold, fewer of them.
+
+    Models of a strip overlap: those without a gap between them are one rectangle.
+    """
+    import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+    strip = np.round(centres[:, 1] / (SAME_STRIP * half[1]))
+    order = np.lexsort((centres[:, 0], strip))
+    centres, strip = centres[order], strip[order]
+    is_apart = np.diff(centres[:, 0]) > 2.0 * half[0]
+    edges = np.flatnonzero(is_apart | (np.diff(strip) != 0.0)) + 1
+    first, last = np.append(0, edges), np.append(edges, len(centres)) - 1
+    low, high = centres[first] - half, centres[last] + half
+    return shapely.box(*low.T, *high.T)
 
 
 def _only(layout, is_kept):

@@ -48,11 +48,10 @@ def stations(flown, coverage):
     """Strip, and place in it, of the photographs of a coverage, line by line."""
     n_along, _ = flown.rasters[coverage].shape
     strip, place = np.divmod(flown.place[flown.coverage == coverage], n_along)
-    # a model is made by the photograph at its place and the next
-    both = np.concatenate(
-        [np.column_stack([strip, place]), np.column_stack([strip, place + 1])]
-    )
-    return np.unique(both, axis=0).T
+    # a model is made by the photograph at its place and the next, of one more in a line
+    first = strip * (n_along + 1) + place
+    every = np.unique(np.concatenate([first, first + 1]))
+    return np.stack(np.divmod(every, n_along + 1))
 
 
 def _photographs(layout, flight):
