@@ -137,3 +137,36 @@ def test_heights_in_a_notch_of_an_area_do_not_count(most_kept, monkeypatch):
         -(np.hypot(*(on_border - 3200.0).T) ** 2) / (2 * 300.0**2)
     )
     assert over.straight_below(on_border) == pytest.approx(expected, abs=1.0)
+
+
+def test_heights_on_a_lattice_are_interpolated_in_its_cells():
+    heights = grid(30, lambda x, y: 300.0 + 0.02 * x - 0.05 * y + 1e-4 * x * y)
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(0.0, 290.0, (2, 500))
+    places = np.column_stack([x, y]) + ORIGIN
+    expected = 300.0 + 0.02 * x - 0.05 * y + 1e-4 * x * y
+    # of a bilinear surface bilinear interpolation is exact, triangles are not
+    np.testing.assert_allclose(heights.straight_below(places), expected, atol=1e-9)
+    np.testing.assert_allclose(heights.straight_below(heights.plane), heights.height)
+    beside = ORIGIN + np.array([[-40.0, 100.0], [1000.0, 1000.0]])
+    nearest = heights.height[[19 * 30, 29]]
+    np.testing.assert_array_equal(heights.straight_below(beside), nearest)
+
+
+def test_gaps_of_a_lattice_have_the_nearest_height():
+    whole = grid(30, lambda x, _: 300.0 + x)
+    is_there = np.hypot(*(whole.plane - ORIGIN - 150.0).T) > 35.0
+    gap = GroundHeights(whole.plane[is_there], whole.height[is_there], "dem.tif")
+    # nearest to the first is (170, 180); the last one is a node at the edge of the gap
+    places = ORIGIN + np.array([[151.0, 152.0], [52.0, 57.0], [190.0, 150.0]])
+    np.testing.assert_allclose(gap.straight_below(places), [470.0, 352.0, 490.0])
+
+
+def test_turned_rasters_and_scattered_heights_span_triangles():
+    rng = np.random.default_rng(6)
+    turned = (grid(30, hills).plane - ORIGIN) @ [[0.8, -0.6], [0.6, 0.8]]
+    for plane in (turned, rng.uniform(0.0, 300.0, (900, 2))):
+        heights = GroundHeights(plane, 300.0 + plane @ [0.3, -0.2], "points.csv")
+        inside = plane.mean(axis=0) + rng.uniform(-60.0, 60.0, (200, 2))
+        expected = 300.0 + inside @ [0.3, -0.2]
+        np.testing.assert_allclose(heights.straight_below(inside), expected)

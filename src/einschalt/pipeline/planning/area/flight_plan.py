@@ -48,17 +48,21 @@ class FlightPlan:
         return float(self.effort["cost"].sum())
 
 
-def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False):
+def flight_plan(
+    layout: AreaLayout, plan, frame, heights=None, *, follows=False, photographs=None
+):
     """Make the tables of a layout.
 
-    ``plan`` is the row of the search, ``heights`` a GroundHeights over the area. With
-    ``follows`` every photograph keeps its height above the ground below, otherwise
+    ``plan`` is the row of the search, ``heights`` a GroundHeights over the area,
+    ``photographs`` the table of them, where they were laid over that ground before.
+    With ``follows`` every photograph keeps its height above the ground below, otherwise
     every line that above the mean of the ground below it. Where the ground straight
     below a camera, at a photograph or on the straight way to the next one, is so low
     that the limit of the frame would not be kept, photographs or lines fly lower.
     """
-    given = layout, heights, frame.max_height
-    photographs = photographs_of(*given, follows=follows)
+    if photographs is None:
+        given = layout, heights, frame.max_height
+        photographs = photographs_of(*given, follows=follows)
     lines = _lines(photographs, plan)
     control = _control(layout, frame, heights)
     return FlightPlan(lines, photographs, control, effort(layout, plan, frame))

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
+from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.typesetting import number
+from einschalt.pipeline.planning.area.height_lattice import HeightLattice
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
@@ -33,6 +36,8 @@ class GroundHeights:
     # interpolated with them; they count for nothing else
     beside: "GroundHeights | None" = None
     at_border: tuple[float, float] | None = None  # lowest and highest, of an area [m]
+    # these and those beside, once they were put together
+    together: "GroundHeights | None" = None
 
     def over(self, area) -> "GroundHeights":
         """Return what lies in an area, and beside it what lies near.
@@ -83,8 +88,10 @@ class GroundHeights:
 
         step = max(area.shape.length / PLACES_ON_BORDER, self.spacing)
         border = shapely.get_coordinates(shapely.segmentize(area.shape, step))
-        below = self.straight_below(border)
-        return replace(self, at_border=(float(below.min()), float(below.max())))
+        together = self._anywhere  # between which a surface is laid once
+        below = together.lowest_at(border)
+        at_border = float(below.min()), float(below.max())
+        return replace(self, at_border=at_border, together=together)
 
     def in_cells(self, side) -> "GroundHeights":
         """Return one place for each square of a lattice, ``side`` [m] wide.
@@ -167,12 +174,12 @@ class GroundHeights:
     def mean_around(self, ground, reach):
         """Mean height within a reach [m] of places (n, 2); the nearest where none."""
         heights = self._coarse_for(reach)
-        return heights._around(ground, reach, heights.height, np.mean)
+        return heights._around(ground, reach, heights.height, _means)
 
     def highest_around(self, ground, reach):
         """Highest height within a reach [m] of places (n, 2)."""
         heights = self._coarse_for(reach)
-        return heights._around(ground, reach, heights._extremes[:, 1], np.max)
+        return heights._around(ground, reach, heights._extremes[:, 1], _maxima)
 
     def straight_below(self, ground):
         """Height at places (n, 2), interpolated linearly; the nearest where none lie.
@@ -185,6 +192,8 @@ class GroundHeights:
     @cached_property
     def _anywhere(self):
         """All heights together, those beside an area as well."""
+        if self.together is not None:
+            return self.together
         if self.beside is None:
             return self
         parts = self, self.beside
@@ -198,21 +207,29 @@ class GroundHeights:
 
     def lowest_at(self, ground):
         """Height at places (n, 2) by these heights alone, of cells the lowest [m]."""
-        nearest = self._extremes[self._tree.query(ground)[1], 0]
         if self._surface is None:
-            return nearest
-        height = self._surface(ground - self.plane.min(axis=0))
-        return np.where(np.isfinite(height), height, nearest)
+            height = np.full(len(ground), np.nan)
+        else:
+            height = self._surface(ground - self.plane.min(axis=0))
+        is_beside = ~np.isfinite(height)
+        if is_beside.any():
+            nearest = self._tree.query(ground[is_beside])[1]
+            height[is_beside] = self._extremes[nearest, 0]
+        return height
 
     @cached_property
     def _surface(self):
-        from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415
-
-        plane = self.plane - self.plane.min(axis=0)
+        """What gives the height at places, from the least coordinates; or None."""
+        plane, lowest = self.plane - self.plane.min(axis=0), self._extremes[:, 0]
+        lattice = HeightLattice.of(plane, lowest)
+        if lattice is not None:
+            return lattice.at
         along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
         if across <= FLATTEST * along:  # places in one line, or one, span no surface
             return None
-        return LinearNDInterpolator(plane, self._extremes[:, 0])
+        from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415
+
+        return LinearNDInterpolator(plane, lowest)
 
     def _coarse_for(self, reach):
         """The same in cells of which some hundred lie in a reach."""
@@ -221,14 +238,15 @@ class GroundHeights:
 
     def _around(self, ground, reach, height, of):
         ground = np.asarray(ground, dtype=float)
-        nearest = height[self._tree.query(ground)[1]]
-        held = self._tree.query_ball_point(ground, reach)
-        return np.array(
-            [
-                of(height[around]) if around else alone
-                for around, alone in zip(held, nearest, strict=True)
-            ]
-        )
+        found = height[self._tree.query(ground)[1]]
+        held = self._tree.query_ball_point(ground, reach, workers=n_cores())
+        n_held = np.fromiter(map(len, held), dtype=np.int64, count=len(held))
+        is_any = n_held > 0
+        around = np.fromiter(chain.from_iterable(held), np.int64, count=n_held.sum())
+        start = np.cumsum(n_held[is_any]) - n_held[is_any]
+        if len(start):
+            found[is_any] = of(height[around], start, n_held[is_any])
+        return found
 
     @property
     def range(self):
@@ -236,3 +254,12 @@ class GroundHeights:
         lowest, highest = self._extremes[:, 0].min(), self._extremes[:, 1].max()
         at_border = self.at_border or (np.inf, -np.inf)
         return float(min(lowest, at_border[0])), float(max(highest, at_border[1]))
+
+
+def _means(values, start, count):
+    """Mean of each part, none of which is empty."""
+    return np.add.reduceat(values, start) / count
+
+
+def _maxima(values, start, _):
+    return np.maximum.reduceat(values, start)

@@ -49,6 +49,8 @@ class AreaLayout:
     # of a layout over ground that is not level, with ``height(position)``; None where
     # models hold what they show of level ground
     terrain: object = None
+    # its table of all photographs, as FlightPlan has it; None where it is not made yet
+    photographs: object = None
 
     @property
     def control(self):

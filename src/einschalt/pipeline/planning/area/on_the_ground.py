@@ -92,7 +92,8 @@ def over_ground(layout, heights, limit=None, *, follows=False, require=None):
         for flight, flown in layout.flights.items()
     }
     control = chosen_control(layout.geometry, flights["high_flight"], layout.position)
-    return replace(layout, flights=flights, is_control=control, terrain=terrain)
+    found = {"flights": flights, "is_control": control, "photographs": photographs}
+    return replace(layout, terrain=terrain, **found)
 
 
 def _with_altitudes(layout, photographs):

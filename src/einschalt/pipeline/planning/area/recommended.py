@@ -318,7 +318,8 @@ def _whole(area, plan, found, frame, ground):
         layout = ground.flown(layout, plan)
         require_densified(layout, plan["spacing"])
     heights, follows = ground.heights, ground.follows
-    flown = flight_plan(layout, plan, frame, heights, follows=follows)
+    as_flown = {"follows": follows, "photographs": layout.photographs}
+    flown = flight_plan(layout, plan, frame, heights, **as_flown)
     if heights is None:
         return layout, flown, []
     said = [

@@ -1,0 +1,59 @@
+"""Heights at the nodes of a lattice, as rasters have them: interpolated in its cells.
+
+A mesh of triangles over the places would take seconds, and tell no more.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SPARSEST = 0.25  # of the nodes have a height at least: else the places are scattered
+
+
+@dataclass(frozen=True, eq=False)
+class HeightLattice:
+    """Heights by rows and columns."""
+
+    east: np.ndarray  # (n_columns,): ascending [m]
+    north: np.ndarray  # (n_rows,): ascending [m]
+    height: np.ndarray  # (n_rows, n_columns): NaN where a node has none [m]
+
+    @classmethod
+    def of(cls, plane, height) -> "HeightLattice | None":
+        """The lattice of places (n, 2), the lower height where one stands twice.
+
+        None where they stand on none: in one line, scattered, or in turned rows.
+        """
+        east, column = np.unique(plane[:, 0], return_inverse=True)
+        north, row = np.unique(plane[:, 1], return_inverse=True)
+        n_nodes = len(east) * len(north)
+        if min(len(east), len(north)) < 2 or len(plane) < SPARSEST * n_nodes:
+            return None
+        node = np.full((len(north), len(east)), np.inf)
+        np.minimum.at(node, (row, column), height)
+        node[np.isinf(node)] = np.nan
+        return cls(east, north, node)
+
+    def at(self, ground):
+        """Height at places (n, 2), bilinear; NaN beside the lattice and its gaps."""
+        column, right = _between(self.east, ground[:, 0])
+        row, upper = _between(self.north, ground[:, 1])
+        found = np.zeros(len(ground))
+        for k, share_north in ((0, 1.0 - upper), (1, upper)):
+            for i, share_east in ((0, 1.0 - right), (1, right)):
+                share = share_north * share_east
+                # a gap that has no part in a place leaves it known
+                node = self.height[row + k, column + i]
+                found += np.where(share == 0.0, 0.0, share * node)
+        return found
+
+
+def _between(ticks, values):
+    """The tick before each value, and how far it is from there to the next one.
+
+    NaN where a value lies before the first tick or behind the last one.
+    """
+    before = np.searchsorted(ticks, values, side="right") - 1
+    before = np.clip(before, 0, len(ticks) - 2)
+    part = (values - ticks[before]) / (ticks[before + 1] - ticks[before])
+    return before, np.where((part >= 0.0) & (part <= 1.0), part, np.nan)
