@@ -178,3 +178,5 @@ def test_errors_of_files_keep_the_names_of_the_file():
     many = BlockError([SettingsError("a row", stands_for=12)])
     assert as_typed(many).problems[0].stands_for == 12
     assert as_typed(SettingsError('scale_number="a"')).found == "--scale a"
+    advised = SettingsError("a gap", remedy="Raise low_scale_number, not point_id")
+    assert as_typed(advised).remedy == "Raise --scale, not point_id"

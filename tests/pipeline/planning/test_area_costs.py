@@ -237,3 +237,17 @@ def test_scale_and_height_that_are_advised_together_give_a_plan(scale_number):
     high = replace(frame, max_height=height)
     found, over = recommended.search_over(0.02, area, choices, high)
     assert recommended.plan_area(area, found, over).is_recommended
+
+
+def test_plans_too_large_for_an_area_are_left_out_with_a_word():
+    area = FlightArea(AREAS["small"])
+    choices = replace(CHOICES, scale_number=(8100.0, 40_000.0), spacing=(250.0, 320.0))
+    found, frame = recommended.search_over(0.3, area, choices, PlanFrame())
+    largest = (found.plans["scale_number"] == 40_000.0).sum()
+    assert 0 < largest < len(found.plans)
+    plan = recommended.plan_area(area, found, frame)
+    said = (
+        f"{largest} of {len(found.plans)} plans were not tried: the area is too small"
+    )
+    assert any(said in note for note in plan.notes)
+    assert len(plan.search.plans) == len(found.plans) - largest

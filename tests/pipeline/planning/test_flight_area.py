@@ -82,3 +82,10 @@ def test_strips_of_a_square_do_not_hang_on_its_last_digits(
     assert area.extent == pytest.approx((side, side), abs=1e-4)
     # its local axes are those of the strips, whatever is the longer side
     assert np.abs(area.to_local(area.border)).max() == pytest.approx(side / 2, abs=1e-4)
+
+
+def test_an_area_tells_where_on_the_earth_it_lies():
+    near_linz = shapely.box(4e5, 5.32e6, 4.05e5, 5.325e6)
+    said = FlightArea(near_linz, "EPSG:32633").describe()
+    assert "about latitude 48.048°, longitude 13.692°" in said
+    assert "latitude" not in FlightArea(near_linz).describe()

@@ -31,6 +31,8 @@ PRICES = ("image", "model", "setting", "control_point")
 NAME_AT_FIRST = re.compile(
     r"(?:(?<=^)|(?<=^  ))(\w+)(?= (?:=|has|is|hat|ist) )", re.MULTILINE
 )
+# names of two words, which nothing else in a sentence has
+NAME_WITHIN = re.compile(r"(?<![\w-])([a-z]+(?:_[a-z0-9]+)+)(?![\w-])")
 # as messages advise a word in Python
 ASSIGNED = re.compile(r"""\b(\w+)=["']([^"']*)["']""")
 
@@ -93,6 +95,7 @@ def as_typed(error):
     texts = {name: getattr(error, name) for name in ("found", "expected", "remedy")}
     said = {name: _with_typed_words(text) for name, text in texts.items()}
     said["found"] = NAME_AT_FIRST.sub(_named, said["found"])
+    said = {name: NAME_WITHIN.sub(_named, text) for name, text in said.items()}
     return error if said == texts else error.with_facts(**said)
 
 
@@ -103,7 +106,8 @@ def told_as_typed(error) -> str:
     text = told(as_typed(error) if is_price else error)
     if any(map(_is_of_file, getattr(error, "problems", (error,)))):
         return text
-    return NAME_AT_FIRST.sub(_named, _with_typed_words(text))
+    text = NAME_AT_FIRST.sub(_named, _with_typed_words(text))
+    return NAME_WITHIN.sub(_named, text)
 
 
 def _once(error):

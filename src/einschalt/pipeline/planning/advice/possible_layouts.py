@@ -4,11 +4,11 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area.layout import (
-    FEWEST_POINTS,
-    FEWEST_ROWS,
     MOST_MODELS,
+    largest_scale,
+    models_over,
+    widest_spacing,
 )
-from einschalt.pipeline.planning.flight_design import usable_model
 from einschalt.pipeline.simulation.geometry import RANGES
 
 SCALES = RANGES["low_scale_number"]
@@ -49,11 +49,8 @@ def fits_in(columns, extent, model):
     scale_number, spacing = columns["scale_number"], columns["spacing"]
     if extent is None:
         return np.ones(len(scale_number), dtype=bool)
-    (along, across), width, size = model.image_format, min(extent[:2]), extent[2]
-    neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
-    n_models = columns["n_coverages"] * size / (neat * scale_number**2)
-    usable = usable_model(model)
-    largest = min(2.0 * width / min(usable), np.sqrt(2.0 * size / np.prod(usable)))
-    widest = min(width / FEWEST_ROWS, np.sqrt(size / FEWEST_POINTS))
-    is_few = n_models <= MOST_MODELS
-    return is_few & (scale_number <= largest) & (spacing <= widest)
+    width, size = min(extent[:2]), extent[2]
+    n_models = models_over(size, model, scale_number, columns["n_coverages"])
+    is_large_enough = scale_number <= largest_scale(width, size, model)
+    is_close_enough = spacing <= widest_spacing(width, size)
+    return (n_models <= MOST_MODELS) & is_large_enough & is_close_enough

@@ -9,8 +9,8 @@ import numpy as np
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.language import mark, translated
-from einschalt.foundations.projections import read_crs
+from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.projections import degrees_of, read_crs
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.simulation.layout import turn
 
@@ -130,8 +130,23 @@ class FlightArea:
         shapely.prepare(self.local_shape)
         return shapely.intersects_xy(self.local_shape, *np.asarray(local).T)
 
+    def _place(self):
+        """Where it lies, as text: a look at it shows that coordinates are exchanged.
+
+        None where its system is not known, or is none of the Earth's.
+        """
+        if self.crs is None:
+            return None
+        inside = self.shape.representative_point()
+        degrees = degrees_of(inside.x, inside.y, read_crs(self.crs))
+        if not np.isfinite(degrees).all():
+            return None
+        longitude, latitude = (figure(one, ".3f") for one in degrees)
+        message = mark("about latitude {latitude}°, longitude {longitude}°")
+        return translated(message, latitude=latitude, longitude=longitude)
+
     def describe(self):
-        """Say how large it is, and what it is made of."""
+        """Say how large it is, where, and what it is made of."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
         parts = shapely.get_parts(self.shape)
@@ -142,6 +157,8 @@ class FlightArea:
             translated("Area of {area} km²", area=number(self.square_km, 3)),
             translated("within {length} x {width} m", length=sides[0], width=sides[1]),
         ]
+        if (place := self._place()) is not None:
+            said.insert(1, place)
         if len(parts) > 1:
             said.append(translated("in {n:part|parts}", n=len(parts)))
         if n_holes:

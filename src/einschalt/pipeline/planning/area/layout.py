@@ -133,7 +133,9 @@ def require_size(area, design):
     """Refuse an area that is smaller than a model, or takes too many of them."""
     require_one_model(area, design.model, design.scale_number)
     require_rows(area, design.spacing)
-    n_models = models_over(area, design.model, design.scale_number, design.n_coverages)
+    n_models = models_over(
+        area.shape.area, design.model, design.scale_number, design.n_coverages
+    )
     if n_models > MOST_MODELS:
         largest = area.square_km * MOST_MODELS / n_models
         raise GeometryError(
@@ -146,22 +148,34 @@ def require_size(area, design):
         )
 
 
-def models_over(area, model, scale_number, n_coverages):
-    """Estimate how many models of the low flight an area takes."""
+def models_over(size, model, scale_number, n_coverages):
+    """Estimate how many models of the low flight an area takes, ``size`` [m²]."""
     along, across = model.image_format
     neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
-    return n_coverages * area.shape.area / (neat * scale_number**2)
+    return n_coverages * size / (neat * scale_number**2)
+
+
+def largest_scale(width, size, model):
+    """Scale number of the largest model of the low flight that an area takes.
+
+    As far as an area may be narrower than a model, ``width`` [m], or smaller, [m²].
+    """
+    usable = usable_model(model)
+    return min(2.0 * width / min(usable), np.sqrt(2.0 * size / np.prod(usable)))
+
+
+def widest_spacing(width, size):
+    """Largest distance of points that gives an area enough of them [m]."""
+    return min(width / FEWEST_ROWS, np.sqrt(size / FEWEST_POINTS))
 
 
 def require_one_model(area, model, scale_number):
     """Refuse an area that is smaller than a model of the low flight."""
-    size = np.array(usable_model(model))
-    low, width = scale_number * size, min(area.extent)
-    # as far as an area may be narrower than a model, or smaller
-    of_area = np.sqrt(2.0 * area.shape.area / size.prod())
-    largest = min(2.0 * width / size.min(), of_area)
+    width, size = min(area.extent), area.shape.area
+    largest = largest_scale(width, size, model)
     if scale_number > largest:
-        apart = min(width / FEWEST_ROWS, np.sqrt(area.shape.area / FEWEST_POINTS))
+        low = scale_number * np.array(usable_model(model))
+        apart = widest_spacing(width, size)
         is_possible = (
             float(downwards(largest)) in BLOCK_RANGES["low_scale_number"]
             and float(downwards(apart)) in BLOCK_RANGES["point_spacing"]
@@ -181,8 +195,7 @@ def require_one_model(area, model, scale_number):
 
 def require_rows(area, spacing):
     """Refuse an area that has too few points, ``spacing`` [m] apart."""
-    wanted = area.shape.area / spacing**2
-    if min(area.extent) < FEWEST_ROWS * spacing or wanted < FEWEST_POINTS:
+    if spacing > widest_spacing(min(area.extent), area.shape.area):
         raise GeometryError(
             f"points {spacing:g} m apart are too few for an area of "
             f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",

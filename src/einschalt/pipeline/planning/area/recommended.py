@@ -264,7 +264,7 @@ def _that_fit(area, search, frame):
     """
     plans = search.plans
     n_models = models_over(
-        area, search.model, plans["scale_number"], plans["n_coverages"]
+        area.shape.area, search.model, plans["scale_number"], plans["n_coverages"]
     )
     if n_models.min() > MOST_MODELS:
         require_size(area, design_of(plans.loc[n_models.idxmin()], frame))
@@ -283,21 +283,26 @@ def _that_fit(area, search, frame):
     if not is_fit.any():
         raise problem
     fitting = replace(search, plans=plans[is_fit].reset_index(drop=True))
-    return fitting, _note_of_size(area, n_models)
+    return fitting, _notes_of_size(area, n_models, int((~is_fit).sum()))
 
 
-def _note_of_size(area, n_models):
-    """Say how many plans take more models than can be laid out; the others stand."""
-    is_many = n_models > MOST_MODELS
-    if not is_many.any():
-        return []
-    largest = area.square_km * MOST_MODELS / n_models.max()
-    said = (
-        f"{is_many.sum()} of {len(n_models)} plans were not tried: their low flights "
-        f"would take more than {MOST_MODELS} models over this area. Split it into "
-        f"parts of at most {downwards(largest)} km² to have all of them tried."
-    )
-    return [said]
+def _notes_of_size(area, n_models, n_large):
+    """Say how many plans the area cannot have, and why; the others stand."""
+    is_many, said = n_models > MOST_MODELS, []
+    if is_many.any():
+        largest = area.square_km * MOST_MODELS / n_models.max()
+        said.append(
+            f"{is_many.sum()} of {len(n_models)} plans were not tried: their low "
+            f"flights would take more than {MOST_MODELS} models over this area. Split "
+            f"it into parts of at most {downwards(largest)} km² to have all of them "
+            "tried."
+        )
+    if n_large:
+        said.append(
+            f"{n_large} of {len(n_models)} plans were not tried: the area is too small "
+            "for their models, or for points so far apart."
+        )
+    return said
 
 
 def _priced(checked, effort, area):
