@@ -6,32 +6,24 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
-from einschalt.pipeline.assessment.evidence.control.signatures import (
-    PLAN,
-    covariance_of,
-)
+from einschalt.pipeline.assessment.evidence.control.signatures import PLAN
 from einschalt.pipeline.assessment.evidence.known_differences import (
+    Densified,
+    covariance_of_differences,
     shared_differences,
 )
-from einschalt.stages.error_propagation.given_points import (
-    CONTROL_POINTS,
-    GROUPS,
-    errors_of_control,
-    group_members,
-)
+from einschalt.stages.error_propagation.given_points import group_members
 from einschalt.theory.adjustment.global_tests import (
     mean_p_values,
     ratio_limits,
     ratio_p_value,
 )
-from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import (
     bonferroni,
     is_rejected_by_holm,
 )
-from einschalt.theory.adjustment.point_operator import Axes, selection
+from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
@@ -138,7 +130,7 @@ def contradicting_points(examined) -> np.ndarray:
     if not known.count or not set(ERRORS) <= set(rows):
         return known.point_ids[:0]
     east, north, both = values_of(rows, ERRORS).T
-    given = _given_errors(examined, rows["point_id"]) ** 2 / 2.0
+    given = given_errors(examined, rows["point_id"]) ** 2 / 2.0
     shared = examined.figures.shared_error**2 / 2.0
     east, north = (v**2 + given - shared for v in (east, north))
     d_east, d_north = known.differences.T
@@ -208,20 +200,15 @@ def _degrees(examined, point_ids, claimed):
     block, n = examined.block, len(point_ids)
     if not (n and claimed > 0.0 and examined.shares_control_errors):
         return 2.0 * n
-    given = errors_of_control(block, Axes.COMPLEX)
-    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
-    of_points = given.picked(selection(place, len(block.control_points), Axes.COMPLEX))
-    sizes = {**given.sizes}
-    if GROUPS[CONTROL_POINTS] in sizes:
-        size = np.full_like(sizes[GROUPS[CONTROL_POINTS]], examined.group_error / SQRT2)
-        sizes[GROUPS[CONTROL_POINTS]] = size
-    shared = covariance_of(of_points.chains, sizes, PLAN)[:n, :n]
+    nothing = Densified({}, {}, examined.group_error)
+    shared = covariance_of_differences(block, point_ids, Axes.COMPLEX, PLAN, nothing)
+    shared = shared[:n, :n]  # both coordinates are alike
     rest = max(claimed**2 / 2.0 - np.trace(shared) / n, 0.0)
     covariance = shared + rest * np.eye(n)
     return float(2.0 * np.trace(covariance) ** 2 / np.sum(covariance**2))
 
 
-def _given_errors(examined, point_ids):
+def given_errors(examined, point_ids):
     """TOTAL errors of given coordinates [m]; 0 where none is stated."""
     given = examined.block.control_points
     if given is None or "standard_error_m" not in given:
@@ -241,6 +228,6 @@ def _claimed(examined, rows):
     if examined.claimed_column == TOTAL:
         # given and densified share it, so that their difference is without
         variance = np.maximum(variance - examined.figures.shared_error**2, 0.0)
-    variance = variance + _given_errors(examined, rows["point_id"]) ** 2
+    variance = variance + given_errors(examined, rows["point_id"]) ** 2
     variance = variance[np.isfinite(variance)]
     return float(np.sqrt(variance.mean())) if len(variance) else np.nan

@@ -16,7 +16,11 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     PLAN,
     covariance_of,
 )
-from einschalt.stages.error_propagation.given_points import errors_of_control
+from einschalt.stages.error_propagation.given_points import (
+    CONTROL_POINTS,
+    GROUPS,
+    errors_of_control,
+)
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import selection
 
@@ -67,22 +71,62 @@ def _of_all(covariance, n):
 
 
 def _covariance(two_step, model, point_ids):
-    """Of densified less given coordinates, all of one axis first [m²]; or None."""
-    axes, block = model.axes, two_step.block
-    names = encode(two_step.means.points["point_id"])
-    rows = names.locate(encode(point_ids))
-    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
-    if min(rows.min(), place.min()) < 0:  # points of another solution
+    """Of densified minus given coordinates, all of one axis first [m²]; or None."""
+    means = two_step.means.points["point_id"]
+    places = encode(means).locate(encode(point_ids))
+    if places.min() < 0:  # points of another solution
         return None
-    pick = selection(rows, len(two_step.means.points), axes)
+    pick = selection(places, len(means), model.axes)
     chains = {name: pick @ chain for name, chain in model.chains.items()}
+    densified = Densified(chains, model.standard_errors, two_step.group_error)
+    return covariance_of_differences(
+        two_step.block, point_ids, model.axes, PLAN, densified
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Densified:
+    """What the errors of densified points come from; nothing of it where left out."""
+
+    chains: dict  # from each source to the points
+    standard_errors: dict  # of each source, per coordinate [m]
+    group_error: float  # shift that given points of a group share, TOTAL [m]
+
+
+def covariance_of_differences(block, point_ids, axes, in_axes, densified):
+    """Covariance of densified minus given coordinates of control and check points.
+
+    What both have in common, as errors of control and shifts of groups, is in the
+    difference only once.
+
+    Parameters
+    ----------
+    block : Block
+    point_ids : array_like of str
+        Points with given coordinates.
+    axes : Axes
+        Of the operators.
+    in_axes : tuple of int
+        Axes that are wanted: PLAN or HEIGHT.
+    densified : Densified
+
+    Returns
+    -------
+    ndarray, shape (n_axes · n_points, n_axes · n_points)
+        All of one axis first [m²]. None where a point has no given coordinates.
+    """
+    names = encode(block.control_points["point_id"])
+    places = names.locate(encode(point_ids))
+    if places.min() < 0:
+        return None
     given = errors_of_control(block, axes)
-    given = given.picked(selection(place, len(block.control_points), axes))
-    sizes = {**given.sizes, **model.standard_errors}
-    if given.to_be_estimated:
-        sizes[given.to_be_estimated] = np.full_like(
-            given.sizes[given.to_be_estimated], two_step.group_error / SQRT2
-        )
+    given = given.picked(selection(places, len(block.control_points), axes))
+    sizes = {**given.sizes, **densified.standard_errors}
+    groups = GROUPS[CONTROL_POINTS]
+    if groups in given.sizes and groups not in densified.standard_errors:
+        size = densified.group_error / SQRT2
+        sizes[groups] = np.full_like(given.sizes[groups], size)
+    chains = {**densified.chains}
     for name, chain in given.chains.items():
         chains[name] = chains[name] - chain if name in chains else -chain
-    return covariance_of(chains, sizes, PLAN)
+    return covariance_of(chains, sizes, in_axes)

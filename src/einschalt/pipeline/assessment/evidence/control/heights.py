@@ -20,9 +20,13 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
 )
+from einschalt.pipeline.assessment.evidence.known_differences import (
+    Densified,
+    covariance_of_differences,
+)
 from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
-from einschalt.theory.adjustment.point_operator import Axes, selection
+from einschalt.theory.adjustment.point_operator import Axes, sums
 
 HEIGHT_OF_CHECK = "check points"
 # of more points the covariance would be too large: the first of them stand for all
@@ -67,26 +71,31 @@ def _check(examined, points):
     if rows.empty:
         return None
     ids = rows["point_id"].to_numpy(dtype=object)
-    places = encode(errors.point_ids).locate(encode(ids))
-    pick = selection(places, len(errors.point_ids), errors.axes)
-    chains = {name: (pick @ chain).formed() for name, chain in errors.chains.items()}
-    covariance = covariance_of(chains, errors.standard_errors, HEIGHT)
+    chains = _chains_of(errors, ids)
     if points is not examined.solution.points:  # as alike, but not of that size
+        found = covariance_of(chains, errors.standard_errors, HEIGHT)
         sizes = rows["standard_error_height"].to_numpy(dtype=float)
-        factor = sizes / np.sqrt(np.diag(covariance))
-        if not np.isfinite(factor).all():
+        factors = sizes / np.sqrt(np.diag(found))
+        if not np.isfinite(factors).all():
             return None
-        covariance = covariance * np.outer(factor, factor)
-    given = examined.block.control_points
-    at = encode(given["point_id"]).locate(encode(ids))
-    own = errors_of_control(examined.block, Axes.SPACE)
-    own = own.picked(selection(at, len(given), Axes.SPACE))
-    if own.to_be_estimated and own.to_be_estimated not in errors.standard_errors:
+        chains = _chains_of(errors, ids, factors)
+    block = examined.block
+    unknown = errors_of_control(block, Axes.SPACE).to_be_estimated
+    if unknown and unknown not in errors.standard_errors:
         return None
-    sizes = {name: errors.standard_errors.get(name, s) for name, s in own.sizes.items()}
-    covariance = covariance + covariance_of(own.chains, sizes, HEIGHT)
+    densified = Densified(chains, errors.standard_errors, examined.group_error)
+    covariance = covariance_of_differences(block, ids, Axes.SPACE, HEIGHT, densified)
     differences = rows["difference_height"].to_numpy(dtype=float)
     return _test(HEIGHT_OF_CHECK, differences, covariance)
+
+
+def _chains_of(errors, point_ids, factors=None):
+    """From each source of errors to some points; ``factors`` enlarge their errors."""
+    places = encode(errors.point_ids).locate(encode(point_ids))
+    n = len(places)
+    factors = np.ones(n) if factors is None else factors
+    pick = sums(factors, places, np.arange(n + 1), len(errors.point_ids), errors.axes)
+    return {name: (pick @ chain).formed() for name, chain in errors.chains.items()}
 
 
 def _test(name, differences, covariance):
