@@ -106,6 +106,7 @@ _ERRORS = {
     "azimuth_gon": ("gon", "azimuth of the major axis, clockwise from north"),
     "confidence": ("", "probability that the true point lies inside"),
     "spread_total": ("m", "spread of the values about their mean, TOTAL"),
+    "is_set_aside": ("", "control that contradicts the block, and takes no part"),
     "is_within_tolerance": ("", "whether the figure to believe keeps the tolerance"),
 }
 _TESTS = {
@@ -188,6 +189,7 @@ PARTICULAR = {
     ),
     ("coverages", "difference_easting"): ("m", "this coverage minus the others"),
     ("coverages", "difference_northing"): ("m", "this coverage minus the others"),
+    ("coverages", "difference_height"): ("m", "this coverage minus the others"),
     ("control_left_out", "difference_easting"): ("m", "predicted minus given"),
     ("control_left_out", "difference_northing"): ("m", "predicted minus given"),
     ("control_left_out", "difference_height"): ("m", "predicted minus given"),

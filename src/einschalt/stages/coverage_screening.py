@@ -32,6 +32,7 @@ COLUMNS = [
     *("point_id", "coverage", "easting", "northing", *DIFFERENCES),
     *("standard_error_difference", "p_value", "is_suspect"),
 ]
+IN_HEIGHT = "difference_height"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,9 @@ class CoverageDifferences:
     """What each coverage gives for a point, against the mean of its other coverages."""
 
     # point_id, coverage, easting, northing (mean of the values of that coverage),
-    # difference_easting, difference_northing (less the mean of the other coverages),
-    # standard_error_paper (TOTAL, of the difference, were all values independent) [m].
-    # One row for each coverage of a point that has several
+    # difference_easting, difference_northing [, difference_height] (less the mean of
+    # the other coverages), standard_error_paper (TOTAL, of the difference, were all
+    # values independent) [m]. One row for each coverage of a point that has several
     table: pd.DataFrame
     # rows, start: of each row, the values behind it: ``rows[start[k]:start[k + 1]]``
     rows: np.ndarray
@@ -93,9 +94,9 @@ class CoverageDifferences:
 class CoverageScreening(Result):
     """Which points have coverages that differ by more than they may."""
 
-    # point_id, coverage, easting, northing, difference_easting, difference_northing,
-    # standard_error_difference (TOTAL) [m], p_value, is_suspect. The values of all
-    # coverages, so that those of a suspect are kept beside their mean
+    # point_id, coverage, easting, northing, difference_easting, difference_northing
+    # [, difference_height], standard_error_difference (TOTAL) [m], p_value, is_suspect.
+    # The values of all coverages, so that those of a suspect are kept beside their mean
     table: pd.DataFrame
     practice: str  # "propagated", "practice_1968", "off"
     # whether the limits follow from the propagated precision; otherwise they are those
@@ -149,14 +150,15 @@ def coverage_differences(means) -> CoverageDifferences:
     error = used["standard_error_paper"].to_numpy(dtype=float)
     names = np.sort(coverages.names.astype(str)).astype(object)
     mean = _sums(coordinates, place, start, own)
-    differences = _sums(coordinates, place, start, shares)[:, :2]
+    differences = _sums(coordinates, place, start, shares)
+    axes = [*DIFFERENCES, IN_HEIGHT][: differences.shape[1]]
     variance = segment_sum(squared_sizes(shares) * error[place] ** 2, start)
     table = with_columns(
         pd.DataFrame({"point_id": points.names[of_point[several]]}),
         coverage=names[distinct[several] % len(coverages)],
         easting=mean[:, 0],
         northing=mean[:, 1],
-        **dict(zip(DIFFERENCES, differences.T, strict=True)),
+        **dict(zip(axes, differences.T, strict=True)),
         standard_error_paper=np.sqrt(variance),
     )
     rows = means.row_numbers[place]
@@ -179,8 +181,9 @@ def _fitting(numbers, shares):
 def screen_coverages(differences, covariance, practice, significance):
     """Find the points whose coverages differ by more than they may.
 
-    ``covariance`` (n_rows, 2, 2) is that of the differences [m²], None where it could
-    not be propagated. "propagated" tests both coordinates jointly against it;
+    ``covariance`` (n_rows, n_axes, n_axes) is that of the differences [m²], of two axes
+    or of three; None where it could not be propagated. "propagated" tests all of these
+    jointly against it;
     "practice_1968" holds each coordinate against three standard errors of a difference,
     taken from the differences themselves; "off" tests nothing. ``significance`` is the
     probability with which a point without gross errors is a suspect; the practice of
@@ -188,13 +191,14 @@ def screen_coverages(differences, covariance, practice, significance):
 
     Notes
     -----
-    Without a propagated covariance, that of the budget M of the values is taken for
-    its shape, and the median of the differences for its size: the internal figure,
-    which gross errors do not enlarge. The significance then holds by approximation.
+    Without a propagated covariance, heights are not tested, and that of the budget M of
+    the values is taken for its shape, and the median of the differences for its size:
+    the internal figure, which gross errors do not enlarge. The significance then holds
+    by approximation.
     """
     require_choice("screening", practice, SCREENINGS)
     table = differences.table
-    d = values_of(table, DIFFERENCES)
+    d = tested = values_of(table, DIFFERENCES)
     is_propagated = practice == "propagated" and covariance is not None
     p_value = np.full(len(d), np.nan)
     is_suspect, total = np.zeros(len(d), dtype=bool), np.full(len(d), np.nan)
@@ -203,7 +207,9 @@ def screen_coverages(differences, covariance, practice, significance):
             paper = differences.table["standard_error_paper"].to_numpy()
             covariance = apportioned_covariance(d, paper)
         total = np.sqrt(covariance[:, 0, 0] + covariance[:, 1, 1])
-        p_value = _of_points(difference_p_values(d, covariance), table["point_id"])
+        if covariance.shape[1] > d.shape[1]:
+            tested = values_of(table, [*DIFFERENCES, IN_HEIGHT])
+        p_value = _of_points(difference_p_values(tested, covariance), table["point_id"])
         is_suspect = p_value < significance
     elif practice == "practice_1968":
         n_coverages = table.groupby("point_id")["coverage"].transform("size")
@@ -217,7 +223,10 @@ def screen_coverages(differences, covariance, practice, significance):
         is_suspect=np.asarray(is_suspect, dtype=bool),
     )
     level = significance if practice == "propagated" else np.nan
-    return CoverageScreening(columns_of(table, COLUMNS), practice, is_propagated, level)
+    columns = [*COLUMNS]
+    if IN_HEIGHT in table:
+        columns.insert(columns.index(DIFFERENCES[1]) + 1, IN_HEIGHT)
+    return CoverageScreening(columns_of(table, columns), practice, is_propagated, level)
 
 
 def _of_points(p_values, point_id):

@@ -15,11 +15,7 @@ from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.adjustment.robust import fit_robustly, snoop
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
-from einschalt.theory.transformation.point_tests import (
-    fitted_point_tests,
-    other_point_tests,
-    plan_sums,
-)
+from einschalt.theory.transformation.point_tests import fitted_tests, other_tests
 from einschalt.theory.transformation.robust_plane import fit_plane_robustly
 
 KEY = ["coverage", "model_id", "point_id"]
@@ -124,7 +120,7 @@ class _Tested:
         """Residuals of a fit, with the tests of the same points in their own fit."""
         in_tests = None
         if self.precision is not None:
-            in_tests = fitted_point_tests(self.fit_of(tested), tested)
+            in_tests = fitted_tests(self.fit_of(tested), tested)
         return residual_table(fit, observed, self.significance, in_tests)
 
     def without(self, is_out):
@@ -185,7 +181,7 @@ class _Snooped:
         observed, fit_of = tested.observed, tested.fit_of
 
         def tests_of(points):
-            return fitted_point_tests(fit_of(points), points)
+            return fitted_tests(fit_of(points), points)
 
         self.points = tested.points
         self.is_out = snoop(self.points, tests_of, tested.significance)
@@ -215,8 +211,7 @@ def _with_rows_of(screened, tested, is_out):
 def _rows_of_others(tested, fit, in_tests, is_out):
     """Rows of the residual table for points that were taken out."""
     test_fit, out = tested.fit_of(in_tests), tested.points.chosen(is_out)
-    sums = plan_sums(test_fit, in_tests.weights, in_tests.start)
-    _, tests = other_point_tests(test_fit, sums, out.model, out)
+    tests = other_tests(test_fit, in_tests, out.model, out)
     residuals = fit.apply(out.model, out.source) - out.target
     table = tested.observed.rows[is_out].reset_index(drop=True)
     table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals

@@ -6,13 +6,13 @@ from einschalt.foundations.frame_columns import with_columns
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import redundancy_numbers
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
-from einschalt.theory.transformation.point_tests import fitted_point_tests
+from einschalt.theory.transformation.point_tests import fitted_tests
 
 RESIDUAL_NAMES = ("residual_easting", "residual_northing", "residual_height")
 
 
 def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=None):
-    """Residuals of all points that were fitted, with the joint test of each point.
+    """Residuals of all points that were fitted, with the test of each point.
 
     coverage, model_id, point_id, residual_easting, residual_northing [,
     residual_height] [m], leverage, redundancy_number (means of easting and northing),
@@ -22,7 +22,7 @@ def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=N
     """
     leverage = fit.leverage[:, :2].mean(axis=1)
     if tests is None:
-        tests = fitted_point_tests(fit, observed.points)
+        tests = fitted_tests(fit, observed.points)
     return with_columns(
         observed.rows.reset_index(drop=True),
         # of two or three axes

@@ -69,7 +69,8 @@ class ModelTransformation(ModelResult):
         coverage, model_id, point_id, residual_easting, residual_northing
         [, residual_height] [m] (transformed minus given), leverage, redundancy_number
         (means of easting and northing), w (length of the standardized residual vector,
-        √(w_E² + w_N²)), p_value (joint test of both coordinates; NaN with both where
+        √(w_E² + w_N²)), p_value (joint test of both coordinates, of spatial
+        models the less probable of plan and height, after Bonferroni; NaN where
         the redundancy is 2 or less), is_suspect (after Holm over the points of the
         model, with the significance 0.001).
     failures : DataFrame

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtrc
 
 from einschalt.foundations.batches import segment_min_max, segment_sum
 from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
 
+PLAN_AXES = 2
 # limit of a coordinate's difference in its standard errors, and how often these are
 # taken anew from the differences within it
 PRACTICE_FACTOR = 3.0
@@ -100,10 +102,12 @@ def internal_standard_error(coordinates, start):
 def difference_p_values(differences, covariance):
     """Probability of differences as large as these without a gross error, (n,).
 
-    Joint test of both coordinates of each difference (n, 2) [m] with its covariance
-    (n, 2, 2) [m²]: exp(−T/2) with T = dᵀ C⁻¹ d, the tail of χ² with two degrees of
-    freedom. NaN where the covariance has no inverse.
+    Joint test of all coordinates of each difference (n, 2) or (n, 3) [m] with its
+    covariance (n, n_axes, n_axes) [m²]: the tail of χ² beyond T = dᵀ C⁻¹ d, in plan
+    exp(−T/2). NaN where the covariance has no inverse.
     """
+    if differences.shape[1] > PLAN_AXES:
+        return _p_values_in_space(differences, covariance)
     (ee, en), (_, nn) = np.moveaxis(covariance, 0, -1)
     e, n = differences.T
     determinant = ee * nn - en**2
@@ -111,6 +115,15 @@ def difference_p_values(differences, covariance):
     is_known = determinant > 0.0
     squares = np.divide(form, determinant, out=np.full(len(e), np.nan), where=is_known)
     return np.exp(-0.5 * squares)
+
+
+def _p_values_in_space(differences, covariance):
+    is_known = np.linalg.det(covariance) > 0.0
+    squares = np.full(len(differences), np.nan)
+    d = differences[is_known]
+    solved = np.linalg.solve(covariance[is_known], d[:, :, None])[:, :, 0]
+    squares[is_known] = np.sum(d * solved, axis=1)
+    return chdtrc(d.shape[1], squares)
 
 
 def apportioned_covariance(differences, standard_error):

@@ -56,10 +56,12 @@ FURTHER = {
         *("residual_y_right", "residual", "redundancy_number", "weight", "w"),
         *("p_value", "is_suspect"),
     ),
-    "gross_measurements": ("residual_easting", "residual_northing", "w", "p_value"),
+    "gross_measurements": (
+        *("residual_easting", "residual_northing", "residual_height", "w", "p_value"),
+    ),
     "coverages": (
-        *("difference_easting", "difference_northing", "standard_error_difference"),
-        *("p_value", "is_suspect"),
+        *("difference_easting", "difference_northing", "difference_height"),
+        *("standard_error_difference", "p_value", "is_suspect"),
     ),
     "error_sources": (
         *("standard_error_control", "standard_error_high_flight"),

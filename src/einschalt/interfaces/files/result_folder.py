@@ -79,6 +79,7 @@ FIRST_COLUMNS = {
         "spread_total",
         "role",
         "is_suspect",
+        "is_set_aside",
         "difference_easting",
         "difference_northing",
         "difference_height",

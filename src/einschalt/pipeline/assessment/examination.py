@@ -211,6 +211,11 @@ class TwoStepExamination(Examination):
         return self
 
     @property
+    def named_measurements(self):
+        """Gross measurements that have a finding of their own, a DataFrame."""
+        return self.solution.gross_measurements
+
+    @property
     def oriented_high_points(self):
         """Model points of the high flight as they were transformed, or None."""
         return self.model_points.get("high_flight")
@@ -372,6 +377,11 @@ class SimultaneousExamination(Examination):
             "a simultaneous adjustment keeps no covariances between points",
             expected='method = "two_step" for them',
         )
+
+    @property
+    def named_measurements(self):
+        """None: what an adjustment has taken out is told with its residuals."""
+        return self.solution.gross_measurements.iloc[:0]
 
     @cached_property
     def two_step(self):

@@ -25,7 +25,8 @@ def screen_block(means, errors, settings):
 def difference_covariance(differences, errors):
     """Covariance of differences of the low flight's coverages, all correlations kept.
 
-    Easting and northing [m²], shape (n_rows, 2, 2). ``errors`` are those of the means
+    Easting and northing, and height of spatial models [m²], shape (n_rows, n_axes,
+    n_axes). ``errors`` are those of the means
     of the same values: the difference takes the place of the mean.
     """
     n_rows = len(differences.table)
@@ -36,7 +37,7 @@ def difference_covariance(differences, errors):
     chains = {n: chain.with_last_step(operator) for n, chain in errors.chains.items()}
     names = np.arange(n_rows).astype(object)
     found = propagate(names, chains, errors.standard_errors, errors.known)
-    return found.covariance[:, :2, :2]
+    return found.covariance
 
 
 def with_suspects(points, screening):

@@ -19,6 +19,7 @@ from einschalt.stages.simultaneous.adjustment import (
     AdjustmentOptions,
     simultaneous_adjustment,
 )
+from einschalt.stages.simultaneous.observations import SPATIAL
 
 HIGH = "high_flight"
 KEY = ["coverage", "model_id", "point_id"]
@@ -26,14 +27,15 @@ COLUMNS = [
     *("flight", *KEY, "residual_easting", "residual_northing"),
     *("w", "p_value"),
 ]
+IN_HEIGHT = "residual_height"
 
 
 @dataclass(frozen=True, eq=False)
 class GrossMeasurements:
     """Measurements that contradict the other models of their flight."""
 
-    # flight, coverage, model_id, point_id, residual_easting, residual_northing (what
-    # the model misses the point by) [m], w, p_value
+    # flight, coverage, model_id, point_id, residual_easting, residual_northing
+    # [, residual_height] (what the model misses the point by) [m], w, p_value
     table: pd.DataFrame
     rows: dict  # of each flight, which of its model points they are
 
@@ -75,16 +77,26 @@ def is_gross(table, flight, model_points):
 def _refused(block, name, flight, significance):
     """Gross errors of one flight."""
     transformation = block.flights[name].transformation
-    if block.control_points is None or transformation not in PLANE_KINDS:
+    kinds = (*PLANE_KINDS, SPATIAL)
+    if block.control_points is None or transformation not in kinds:
         return no_gross_measurements()
     tables = block_tables(block, {name: flight}, {name: transformation})
     options = AdjustmentOptions(outliers="snoop", significance=significance)
     try:
         residuals = simultaneous_adjustment(tables, options).residuals
-    except GeometryError:  # too little hangs together: two steps ask for less
+    # too little hangs together: two steps ask for less
+    except GeometryError:
         return no_gross_measurements()
     is_out = _chosen(residuals, block.control_points, name, significance)
-    return residuals.loc[is_out, COLUMNS]
+    return residuals.loc[is_out, columns_of_gross(residuals)]
+
+
+def columns_of_gross(residuals):
+    """Columns of a table of gross measurements, by those of the residuals."""
+    if IN_HEIGHT not in residuals:
+        return COLUMNS
+    place = COLUMNS.index("w")
+    return [*COLUMNS[:place], IN_HEIGHT, *COLUMNS[place:]]
 
 
 def _chosen(residuals, control_points, flight, significance):

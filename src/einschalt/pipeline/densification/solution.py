@@ -23,7 +23,8 @@ class Solution:
         standard_error_northing, covariance_en, standard_error_total],
         standard_error_paper, standard_error_internal, n_models, n_coverages,
         spread_total, role (new, control, check), is_suspect (contradicted by
-        coverages, residuals or given coordinates), difference_easting,
+        coverages, residuals or given coordinates) [, is_set_aside (control that takes
+        no part, of one adjustment)], difference_easting,
         difference_northing [, difference_height] (densified minus given, control and
         check points only) [, distributed_easting, distributed_northing (part of the
         coordinates that comes from the distribution of residuals)] [m].
@@ -46,9 +47,9 @@ class Solution:
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     gross_measurements : DataFrame
-        flight, coverage, model_id, point_id, residual_easting, residual_northing [m],
-        w, p_value of the measurements that contradict the other models of their
-        flight, and took no part.
+        flight, coverage, model_id, point_id, residual_easting, residual_northing
+        [, residual_height] [m], w, p_value of the measurements that contradict the
+        other models, and took no part.
     figures : BlockFigures
     orientation_errors : dict of str to OrientationErrors, ImageErrors or None
         Of each flight that was oriented by y-parallaxes or formed from images.

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.key_columns import rows_among
 from einschalt.stages.error_propagation.given_points import GROUPS
 from einschalt.theory.adjustment.monte_carlo import draw_errors
 from einschalt.theory.adjustment.point_operator import by_coordinate, selection
@@ -17,6 +18,8 @@ from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
     estimate_factors,
 )
+
+KEY = ["coverage", "model_id", "point_id"]
 
 # share of the squares of shifts that residuals must show
 LEAST_SHOWN = 0.02
@@ -81,11 +84,9 @@ def sum_of_residuals(model, flight, fit) -> SumOfSquares:
 
 def _is_sound(fit):
     """Which of the fitted points are no suspects."""
-    of_model = np.diff(fit.observed.start)
-    is_usable = np.repeat(fit.models["is_usable"].to_numpy(dtype=bool), of_model)
-    is_sound = np.ones(len(is_usable), dtype=bool)
-    is_sound[is_usable] = ~fit.residuals["is_suspect"].to_numpy(dtype=bool)
-    return is_sound
+    # what was taken out has a residual, and is no row of the fit
+    suspects = fit.residuals.loc[fit.residuals["is_suspect"].astype(bool), KEY]
+    return ~rows_among(fit.observed.rows, suspects, KEY)
 
 
 def _sums(model, source, flight, fit):

@@ -84,6 +84,20 @@ def tau_p_value(tau, redundancy):
     return 2.0 * stdtr(np.where(degrees > 0.0, degrees, np.nan), -np.abs(t))
 
 
+def prediction_p_value(squares, sum_of_squares, redundancy):
+    """Two-sided probability of what one coordinate misses its prediction by.
+
+    ``squares`` are its square over the cofactor of the difference, ``sum_of_squares``
+    and ``redundancy`` those of the adjustment that predicts it without having it:
+    Student's t. NaN where that has no redundancy.
+    """
+    f = np.asarray(redundancy, dtype=float)
+    is_testable = (f > 0.0) & (np.asarray(sum_of_squares) > 0.0)
+    f = np.where(is_testable, f, np.nan)
+    omega = np.where(is_testable, sum_of_squares, np.nan)
+    return 2.0 * stdtr(f, -np.sqrt(squares / omega * f))
+
+
 @dataclass(frozen=True, eq=False)
 class FittedPoints:
     """What the joint test needs of the points of all models, sorted by model."""

@@ -1,7 +1,7 @@
 """Tests of the points that were fitted, and of points that were kept out of the fit.
 
-Both coordinates of a point are tested together, in the plan: heights from a narrow
-base are several times worse and would spoil the test.
+Both coordinates of a point are tested together in plan. Heights from a narrow base
+are several times worse, and would spoil that test: they have one of their own.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,14 @@ from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.sorted_points import SortedPoints
 from einschalt.theory.adjustment.reliability import (
     FittedPoints,
+    PointTests,
     joint_point_tests,
     joint_prediction_tests,
+)
+from einschalt.theory.transformation.height_tests import (
+    HEIGHT,
+    fitted_height_tests,
+    other_height_tests,
 )
 
 
@@ -57,8 +63,26 @@ def plan_sums(fit, weights, start):
     )
 
 
+def fitted_tests(fit, points):
+    """Test of every point that was fitted: in plan, and in height if it has one.
+
+    Of plan and height the less probable one counts, after Bonferroni; ``w`` is that of
+    the plan.
+    """
+    plan = fitted_point_tests(fit, points)
+    if fit.residuals.shape[1] == HEIGHT:
+        return plan
+    return PointTests(plan.w, _either(plan.p_value, fitted_height_tests(fit, points)))
+
+
+def _either(plan, height):
+    """Probability of the less probable of both tests, where both are made twice it."""
+    n_tests = np.isfinite(plan).astype(int) + np.isfinite(height)
+    return np.minimum(np.fmin(plan, height) * n_tests, 1.0)
+
+
 def fitted_point_tests(fit, points):
-    """Joint test of every point that was fitted."""
+    """Joint test in plan of every point that was fitted."""
     sums = plan_sums(fit, points.weights, points.start)
     tested = FittedPoints(
         residuals=fit.residuals[:, :2],
@@ -70,11 +94,24 @@ def fitted_point_tests(fit, points):
     return joint_point_tests(tested, sums.sum_of_squares, sums.redundancy)
 
 
-def other_point_tests(fit, sums, model, points):
-    """Joint test of points that took no part in the fit: residuals [m], PointTests.
+def other_tests(fit, in_fit, model, points):
+    """Test of points that took no part in the fit, in plan and in height: PointTests.
 
-    ``sums`` are those of the fit, ``model`` (n,) is that of each row; residuals are
-    transformed minus given, (n, n_coordinates).
+    ``in_fit`` are the points that did, ``model`` (n,) is that of each row.
+    """
+    sums = plan_sums(fit, in_fit.weights, in_fit.start)
+    residuals, plan = other_point_tests(fit, sums, model, points)
+    if residuals.shape[1] == HEIGHT:
+        return plan
+    height = other_height_tests(fit, in_fit, model, points)
+    return PointTests(plan.w, _either(plan.p_value, height))
+
+
+def other_point_tests(fit, sums, model, points):
+    """Joint test in plan of points that took no part in the fit.
+
+    Residuals [m], and PointTests. ``sums`` are those of the fit, ``model`` (n,) is that
+    of each row; residuals are transformed minus given, (n, n_coordinates).
     """
     residuals = fit.apply(model, points.source) - points.target
     cofactors = fit.point_cofactors(model, points.source)[:, :2, :2].copy()

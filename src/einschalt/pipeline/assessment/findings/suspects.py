@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
@@ -32,7 +33,7 @@ def suspect_observations(examined):
         statistic="residual",
         probability=np.nanmin(bonferroni(p_value)),
         remedy=_remedy_of(suspects, examined),
-        **_observations(suspects, _largest(suspects, "residual")),
+        **_observations(suspects, largest_residual(suspects)),
     )
 
 
@@ -55,13 +56,13 @@ def gross_measurements(two_step):
         statistic="residual",
         probability=found["p_value"].iloc[0],
         remedy="measure_rejected_again",
-        **_observations(found, _largest(found, "residual")),
+        **_observations(found, largest_residual(found)),
     )
 
 
 def _not_yet_named(examined):
-    """Residuals of all but the gross measurements."""
-    residuals, found = examined.residuals, examined.gross_measurements
+    """Residuals of all but the gross measurements, where a finding names these."""
+    residuals, found = examined.residuals, examined.named_measurements
     if found.empty:
         return residuals
     columns = list(OBSERVATION)
@@ -86,6 +87,18 @@ def _largest(rows, what):
     return float(np.hypot(rows[f"{what}_easting"], rows[f"{what}_northing"]).max())
 
 
+def largest_residual(rows):
+    """Largest residual, with that of the height where it has one [m]."""
+    return float(_lengths(rows, "residual").max())
+
+
+def _lengths(rows, what):
+    """Lengths of what is given by axes, of two or of three [m]."""
+    names = [f"{what}_{axis}" for axis in ("easting", "northing", "height")]
+    axes = values_of(rows, [name for name in names if name in rows])
+    return np.sqrt(np.sum(axes**2, axis=1))
+
+
 def coverages_that_differ(examined):
     """Points whose coverages differ by more than chance explains: gross errors."""
     suspects = examined.coverages[examined.coverages["is_suspect"]]
@@ -97,9 +110,9 @@ def coverages_that_differ(examined):
     is_tested = np.isfinite(p_value).any()
     if is_tested and not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):
         return None
-    miss = np.hypot(suspects["difference_easting"], suspects["difference_northing"])
-    order = miss.sort_values(ascending=False, kind="stable").index
-    points = suspects["point_id"].loc[order].drop_duplicates()
+    miss = _lengths(suspects, "difference")
+    order = np.argsort(-miss, kind="stable")
+    points = suspects["point_id"].iloc[order].drop_duplicates()
     smallest = np.nanmin(bonferroni(p_value, n_tested)) if is_tested else np.nan
     return finding(
         "coverages_that_differ",
