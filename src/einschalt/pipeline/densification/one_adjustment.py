@@ -5,7 +5,10 @@ from operator import attrgetter
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.densification.figures import adjusted_figures
-from einschalt.pipeline.densification.gross_errors import no_gross_measurements
+from einschalt.pipeline.densification.gross_errors import (
+    columns_of_gross,
+    no_gross_measurements,
+)
 from einschalt.pipeline.densification.result_tables import (
     failures_of,
     of_orientations,
@@ -63,6 +66,8 @@ def adjust_beside(two_step, block, settings, flights) -> SimultaneousSolution:
     """
     adjusted = adjust_flights(block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
+    if settings.outliers != "keep":
+        points = points.assign(is_set_aside=_are_set_aside(adjusted, points))
     points = with_roles(points, block.control_points)
     points = distribute_adjusted(block, settings, points)
     shared_error = shared_error_of(block, "simultaneous")
@@ -76,12 +81,27 @@ def adjust_beside(two_step, block, settings, flights) -> SimultaneousSolution:
         models=adjusted.models,
         residuals=adjusted.residuals,
         failures=failures,
-        gross_measurements=no_gross_measurements(),  # all are in the residuals
+        gross_measurements=_taken_out(adjusted, settings),
         figures=adjusted_figures(adjusted, points, failures, shared_error),
         adjustment=adjusted,
         two_step=two_step,
         **of_orientations(flights),
     )
+
+
+def _taken_out(adjusted, settings):
+    """Measurements that data snooping took out of the adjustment, the worst first."""
+    if settings.outliers != "snoop":  # named only, or of less weight
+        return no_gross_measurements()
+    residuals = adjusted.residuals
+    out = residuals.loc[residuals["is_suspect"], columns_of_gross(residuals)]
+    return out.sort_values("p_value", kind="stable").reset_index(drop=True)
+
+
+def _are_set_aside(adjusted, points):
+    control = adjusted.control
+    names = control.loc[control["is_set_aside"], "point_id"]
+    return points["point_id"].isin(names).to_numpy()
 
 
 def _beside(block, settings, flights, report_progress):
