@@ -11,14 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from scipy.special import chdtrc
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.choice import MOST_TRIED
+from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
+from einschalt.pipeline.assessment.findings.suspects import largest_residual
+from einschalt.pipeline.assessment.known_points import given_errors
 from einschalt.pipeline.densification.gross_errors import (
     HIGH,
     find_gross_measurements,
@@ -57,6 +62,8 @@ def with_kept_gross_errors(examined, judges, findings):
         again = _solved_without(examined)
     except EinschaltError:  # the rest does not hold together
         return findings
+    if not _is_confirmed(again, _of_control_measured_once(examined, gross)):
+        return findings  # given coordinates may be wrong, and not their measurements
     remaining = {
         found.code
         for found in findings_of(again, judges)
@@ -138,14 +145,46 @@ def _kept(examined):
         columns=list(OF_MODEL),
     )
     table = table[~rows_among(table, exchanged, list(OF_MODEL))]
-    control = examined.block.control_points["point_id"]
-    if is_among(table["point_id"][table["flight"] == HIGH], control).any():
-        return None  # nothing tells whether it or the given coordinates are wrong
     p_value = table["p_value"].to_numpy(dtype=float)
     n_tested = len(examined.residuals)
     if not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):
         return None
     return table.sort_values("p_value", kind="stable")
+
+
+def _of_control_measured_once(examined, table):
+    """Names of control points whose only measurement in the high flight is gross.
+
+    Where others agree with the given coordinates, these are not wrong.
+    """
+    high = examined.two_step.model_points.get(HIGH)
+    if high is None:
+        return np.empty(0, dtype=object)
+    control = examined.block.control_points["point_id"]
+    others = high["point_id"][high["point_id"].duplicated(keep=False)]
+    names = table.loc[table["flight"] == HIGH, "point_id"]
+    is_alone = is_among(names, control) & ~is_among(names, others)
+    return names[is_alone].to_numpy(dtype=object)
+
+
+def _is_confirmed(again, names):
+    """Whether the low flight finds control points where they are given.
+
+    Without their measurement in the high flight nothing has drawn it there: what was
+    wrong then is the measurement.
+    """
+    points = again.two_step.points.set_index("point_id").reindex(names)
+    if not len(names) or TOTAL not in points:
+        return not len(names)
+    given = given_errors(again.two_step, names) ** 2 / 2.0
+    variance = points[TOTAL] ** 2 / 2.0 + given
+    squares = points["difference_easting"] ** 2 + points["difference_northing"] ** 2
+    p_values = [np.exp(-squares / variance / 2.0)]
+    if HEIGHT in points:
+        variance = points[HEIGHT] ** 2 + given
+        p_values.append(chdtrc(1, points["difference_height"] ** 2 / variance))
+    n_tested = len(p_values) * len(names)
+    return bool((np.stack(p_values) * n_tested > FINDING_SIGNIFICANCE).all())
 
 
 def _snooping(examined):
@@ -169,9 +208,7 @@ def _in_silence(_stage):
 
 
 def _finding(gross, explained):
-    largest = float(
-        np.hypot(gross["residual_easting"], gross["residual_northing"]).max()
-    )
+    largest = largest_residual(gross)
     return finding(
         "kept_gross_measurements",
         names=gross["point_id"],
