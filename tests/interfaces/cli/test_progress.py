@@ -85,6 +85,18 @@ def test_what_is_compiled_is_said_at_the_stage_that_waits(capsys, monkeypatch):
     ]
 
 
+def test_planning_says_what_is_compiled(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(kernels, "_watch", kernels._Watch())
+    with progress.late_progress() as shown:
+        kernels._watch.n_kernels += 1
+        kernels._watch.announce("_fit")
+        shown("laying out plans", 0.25)
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"  0%  compiling 1 of about {compiling.OF_LAYOUTS} ")
+    assert second == " 25%  laying out plans"
+
+
 def test_not_every_kernel_is_said(capsys, monkeypatch):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(kernels, "_watch", kernels._Watch())

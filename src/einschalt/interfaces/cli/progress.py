@@ -60,7 +60,13 @@ def of_whole_work(show):
 
 @contextmanager
 def late_progress():
-    """Give what shows a title and a fraction once a second has passed."""
+    """Give what shows a title and a fraction once a second has passed.
+
+    What is compiled is shown meanwhile.
+    """
+    # imported when something is computed that takes numba along anyway
+    from einschalt.interfaces.cli import compiling  # noqa: PLC0415
+
     begin = time.monotonic()
     with stage_progress(is_quiet=False) as show:
 
@@ -68,7 +74,9 @@ def late_progress():
             if time.monotonic() - begin > PATIENCE:
                 show(title, fraction)
 
-        yield late
+        with compiling.compilations_shown(late) as progress:
+            progress.n_usual = compiling.OF_LAYOUTS
+            yield progress
 
 
 @contextmanager

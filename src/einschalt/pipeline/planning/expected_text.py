@@ -129,7 +129,7 @@ def _warnings(expected):
         return []
     said = translated(
         "{n} of {n_all} points are control: little is left to be densified. Fly the "
-        "high flight higher: its models need less then.",
+        "high flight higher, where that is allowed: its models need less then.",
         n=expected.n_control,
         n_all=len(expected.points),
     )
