@@ -4,6 +4,7 @@ Where the ground is high, models show less of it than of the level ground for wh
 layout is made: strips and models are added until each coverage shows all of the area.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import per_cent
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     chosen_control,
@@ -36,17 +38,16 @@ MOST_UNCOVERED, LEAST_SAID = 0.002, 0.0001  # of the area
 
 
 @dataclass(frozen=True, eq=False)
-class LocalTerrain:
-    """Terrain of given heights in the axes of an area."""
+class SurveyedTerrain:
+    """Terrain of given heights, as layouts and simulations ask for it."""
 
-    heights: object  # GroundHeights
-    area: object  # FlightArea
+    heights: GroundHeights
+    to_ground: Callable  # from positions (n, 2) to easting, northing [m]
 
     def height(self, position):
-        """Height of the terrain at local places (..., 2) [m]."""
-        ground = self.area.to_ground(np.reshape(position, (-1, 2)))
-        found = self.heights.straight_below(ground)
-        return found.reshape(np.shape(position)[:-1])
+        """Height of the terrain at places (..., 2) [m]."""
+        ground = self.to_ground(np.reshape(position, (-1, 2)))
+        return self.heights.straight_below(ground).reshape(np.shape(position)[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ def over_ground(layout, heights, limit=None, *, follows=False, require=None):
     photographs = photographs_of(layout, heights, limit, follows=follows)
     if require is not None:
         require(photographs)
-    terrain = LocalTerrain(heights, layout.area)
+    terrain = SurveyedTerrain(heights, layout.area.to_ground)
     places = _places_of(layout, terrain)
     for _ in range(MOST_ROUNDS):
         layout = _with_altitudes(layout, photographs)

@@ -5,7 +5,7 @@ as was planned. What is computed from such a block is comparable with what was e
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,7 +23,11 @@ from einschalt.pipeline.planning.area.layout import (
     lay_out,
     with_control_at,
 )
-from einschalt.pipeline.planning.area.on_the_ground import over_ground, shown
+from einschalt.pipeline.planning.area.on_the_ground import (
+    SurveyedTerrain,
+    over_ground,
+    shown,
+)
 from einschalt.pipeline.planning.area.recommended import AreaPlan, propagate
 from einschalt.pipeline.planning.area.tried_layouts import (
     OverGround,
@@ -115,7 +119,8 @@ class PlannedBlock:
         if self.heights is not None:
             given = layout, self.heights, self.max_height
             layout = over_ground(*given, follows=self.follows)
-            terrain = SurveyedTerrain(self.heights, _centre(self.area))
+            centre = _centre(self.area)  # whose axes are those of the map
+            terrain = SurveyedTerrain(self.heights, partial(np.add, centre))
         return _flown(layout, self._unthinned, terrain)
 
 
@@ -141,19 +146,6 @@ def camera_of(geometry):
         if np.allclose(has, known, rtol=AS_LONG, atol=0.0):
             return name
     return ""
-
-
-@dataclass(frozen=True, eq=False)
-class SurveyedTerrain:
-    """Terrain of given heights, as the simulation asks for it."""
-
-    heights: GroundHeights
-    centre: np.ndarray  # (2,): easting, northing [m]
-
-    def height(self, position):
-        """Height of the terrain at places (..., 2) from the centre [m]."""
-        ground = np.reshape(position, (-1, 2)) + self.centre
-        return self.heights.straight_below(ground).reshape(np.shape(position)[:-1])
 
 
 @dataclass(frozen=True, eq=False)
