@@ -141,6 +141,7 @@ def test_every_cause_has_words(faulty_result):
         <= CAUSES.keys()
         == {
             "exchanged_names",
+            "other_targets",
             "kept_gross_measurements",
             "measurements_given_twice",
             "lone_wrong_check_point",

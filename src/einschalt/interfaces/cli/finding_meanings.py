@@ -16,6 +16,9 @@ MEANINGS = mark_each(
             "Gross errors that take part in the computation, and spoil what is near "
             "them."
         ),
+        "other_targets": (
+            "Points for which the two flights have measured different targets."
+        ),
         "measurements_given_twice": (
             "Models or photographs that are copies of others."
         ),
@@ -208,6 +211,9 @@ CAUSES = mark_each(
         ),
         "kept_gross_measurements": (
             "outliers is keep, and measurements are wrong, or wrongly named."
+        ),
+        "other_targets": (
+            "In all photographs of one flight another object was taken for the point."
         ),
         "measurements_given_twice": (
             "A table was read twice, or a coverage was copied instead of measured."

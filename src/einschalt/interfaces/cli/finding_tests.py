@@ -16,6 +16,10 @@ TESTS = mark_each(
             "What the other models of the flight contradict in a simultaneous "
             "adjustment of it; and which findings are gone without these measurements."
         ),
+        "other_targets": (
+            "Whether all models of the low flight, each fitted without the point, "
+            "agree that it lies elsewhere than in the high flight."
+        ),
         "measurements_given_twice": (
             "Whether points of two models or photographs have identical coordinates "
             "to the last digit."
@@ -220,6 +224,7 @@ REMEDIES_OF = {
     "exchanged_names": ("put_the_names_right", "compare_names_of_both_flights"),
     "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
+    "other_targets": ("compare_targets",),
     "measurements_given_twice": ("take_copies_out",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),
     "scale_numbers_contradicted": ("look_at_units_of_control", "correct_scale_number"),

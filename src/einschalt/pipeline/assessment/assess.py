@@ -76,6 +76,7 @@ from einschalt.pipeline.assessment.findings.catalogue import (
 )
 from einschalt.pipeline.assessment.kept_gross_errors import (
     with_kept_gross_errors,
+    with_other_targets,
     with_wrong_control,
 )
 from einschalt.pipeline.assessment.plain_values import plain
@@ -179,8 +180,10 @@ def _of_other_method(examined, *, is_asked_for):
 
 def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
+    # single measurements are named more surely than control, or targets
+    findings = with_kept_gross_errors(examined, judges, findings)
     findings = with_wrong_control(examined, judges, findings)
-    return with_kept_gross_errors(examined, judges, findings)
+    return with_other_targets(examined, judges, findings)
 
 
 @singledispatch

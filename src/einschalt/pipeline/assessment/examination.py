@@ -41,6 +41,9 @@ from einschalt.pipeline.assessment.evidence.control.heights import (
     examine_adjusted_heights,
     examine_height_claim,
 )
+from einschalt.pipeline.assessment.evidence.control.other_targets import (
+    find_other_targets,
+)
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
     Kind,
@@ -345,6 +348,8 @@ class TwoStepExamination(Examination):
         """Pairs of points measured under each other's name: tuple of ExchangedNames."""
         return find_exchanged_names(self.solution)
 
+    other_targets = cached_property(find_other_targets)
+
     @cached_property
     def reliability(self):
         """How large a gross error must be to be found, in each model by itself."""
@@ -352,7 +357,7 @@ class TwoStepExamination(Examination):
         return table[RELIABILITY_COLUMNS]
 
 
-@forwarding("two_step", "exchanged_names", "components", "patterns")
+@forwarding("two_step", "exchanged_names", "other_targets", "components", "patterns")
 @forwarding("two_step", "control_height_parts")
 class SimultaneousExamination(Examination):
     """What can be asked of one adjustment of all models.
@@ -493,7 +498,7 @@ class NothingExamined:
     is_possible = False
     components = None
     patterns = SystematicPatterns((), None)
-    exchanged_names = ()
+    exchanged_names = other_targets = ()
     control_patterns = NO_PATTERNS
     height_claim = UNTESTED
     control_height_parts = (np.nan, np.nan)

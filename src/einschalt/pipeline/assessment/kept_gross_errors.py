@@ -4,7 +4,8 @@ With ``outliers = "keep"`` a single wrong measurement spoils the residuals of it
 the differences of its coverages, every figure of the block. So a small block in which
 something is found is computed once more without what contradicts the other models of
 its flight: findings that are gone by then follow from it. So is one in which single
-control points are wrong, without these.
+control points are wrong, or points that the flights have measured in different places,
+without these.
 """
 
 from dataclasses import replace
@@ -29,6 +30,7 @@ from einschalt.pipeline.densification.gross_errors import (
     find_gross_measurements,
 )
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
+from einschalt.pipeline.densification.result_tables import LOW
 from einschalt.pipeline.densification.two_steps import (
     TwoStepSolution,
     solve_in_two_steps,
@@ -38,6 +40,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
+OTHER_TARGETS = "other_targets"
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
@@ -111,6 +114,70 @@ def with_wrong_control(examined, judges, findings):
         else found
         for found in findings
     )
+
+
+def with_other_targets(examined, judges, findings):
+    """Put what follows from points that were measured elsewhere under these."""
+    causes = [found for found in findings if found.code == OTHER_TARGETS]
+    may_follow = [
+        found.code
+        for found in findings
+        if _may_follow(found) and found.code != OTHER_TARGETS
+    ]
+    others = None
+    if causes:
+        others = _without_points(examined, causes[0].facts["targets"])
+    if others is None or causes[0].explained_by or not may_follow:
+        return findings
+    try:
+        block, flights = others
+        again = _solved(examined, block, examined.settings, flights)
+        remaining = {found.code for found in findings_of(again, judges)}
+    except EinschaltError:  # the rest does not hold together
+        return findings
+    explained = tuple(code for code in may_follow if code not in remaining)
+    cause = replace(causes[0], facts={**causes[0].facts, "explains": explained})
+    return tuple(
+        cause
+        if found is causes[0]
+        else replace(found, explained_by=OTHER_TARGETS)
+        if found.code in explained and not found.explained_by
+        else found
+        for found in findings
+    )
+
+
+def _without_points(examined, targets):
+    """A small block without the measurements of other targets, and its flights.
+
+    Without those of the low flight where nothing tells which flight it is. None of
+    large blocks, and of flights with orientations, whose errors belong to rows of
+    measurements.
+    """
+    block, flights = examined.block, dict(examined.two_step.solution.flights)
+    n_points = sum(len(oriented.model_points) for oriented in flights.values())
+    if n_points > MOST_TRIED:
+        return None
+    for flight in (HIGH, LOW):
+        names = [t["point_id"] for t in targets if (t["flight"] or LOW) == flight]
+        measured = block.flights[flight]
+        if names and measured.is_oriented_numerically:
+            return None
+        try:
+            block = replace(block, **{flight: _without(measured, names)})
+        except EinschaltError:  # nothing is left of a model
+            return None
+        flights[flight] = _without(flights[flight], names)
+    return block, flights
+
+
+def _without(measured, names):
+    """A flight, or its orientation, without some points."""
+    points = measured.model_points
+    if not names:
+        return measured
+    is_other = ~points["point_id"].isin(names)
+    return replace(measured, model_points=points[is_other].reset_index(drop=True))
 
 
 def _wrong_control(examined):
@@ -195,11 +262,11 @@ def _solved_without(examined):
     return _solved(examined, examined.block, _snooping(examined))
 
 
-def _solved(examined, block, settings):
+def _solved(examined, block, settings, flights=None):
     """Examination of a block that is computed in the same way."""
+    flights = examined.two_step.solution.flights if flights is None else flights
     is_in_two_steps = isinstance(examined.solution, TwoStepSolution)
     solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
-    flights = examined.two_step.solution.flights
     return examine(solve(block, settings, flights, _in_silence))
 
 

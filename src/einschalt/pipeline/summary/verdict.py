@@ -38,6 +38,7 @@ CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
         "lone_wrong_check_point": "check the one check point that is far off first",
+        "other_targets": "compare the targets of both flights first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "measurements_given_twice": "remove the measurements given twice first",
         **dict.fromkeys(

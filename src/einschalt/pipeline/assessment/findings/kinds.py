@@ -10,6 +10,7 @@ KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
     "control_under_another_name": (CONTROL, GRAVE),
     "kept_gross_measurements": (MEASUREMENTS, GRAVE),
+    "other_targets": (MEASUREMENTS, GRAVE),
     "measurements_given_twice": (MEASUREMENTS, GRAVE),
     "models_larger_than_film": (FLIGHT, GRAVE),
     "scale_numbers_contradicted": (FLIGHT, GRAVE),

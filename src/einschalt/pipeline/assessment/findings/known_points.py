@@ -1,12 +1,14 @@
 """Whether points with given coordinates agree with the claimed figure."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.finding import Gravity
-from einschalt.pipeline.assessment.findings.kinds import finding
+from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 from einschalt.pipeline.assessment.known_points import (
     contradicting_points,
     few_contradicting_points,
@@ -221,5 +223,32 @@ FOR_BOTH = (
     control_points_beyond_claim,
     shifted_block,
 )
-TWO_STEP = (control_under_another_name, *FOR_BOTH)
-SIMULTANEOUS = (control_under_another_name_of_adjustment, *FOR_BOTH)
+
+
+def other_targets(examined):
+    """Points for which the flights have measured different targets."""
+    exchanged = {name for pair in examined.exchanged_names for name in pair.points}
+    found = [each for each in examined.other_targets if each.point_id not in exchanged]
+    if not found:
+        return None
+    worst, flights = found[0], {each.flight for each in found}
+    return finding(
+        "other_targets",
+        names=[each.point_id for each in found],
+        statistic="distance of a point in the low flight from where the high has it",
+        observed=worst.distance,
+        probability=worst.p_value,
+        remedy="compare_targets",
+        facts={
+            "n_points": len(found),
+            "largest": worst.distance,
+            # where given coordinates tell of all of them which flight it is
+            "flight": flights.pop() if len(flights) == 1 else "",
+            "explains": (),
+            "targets": tuple(map(asdict, found[:MOST_NAMED])),
+        },
+    )
+
+
+TWO_STEP = (other_targets, control_under_another_name, *FOR_BOTH)
+SIMULTANEOUS = (other_targets, control_under_another_name_of_adjustment, *FOR_BOTH)

@@ -23,7 +23,21 @@ REMEDIES = mark_each(
             "flight, or the given coordinates). The measurements do not tell which: "
             "compare the points with their descriptions, and correct the names there"
         ),
+        "compare_targets": (
+            "Compare the targets in the photographs of both flights: measure the "
+            "points again, or give them another name in one of the flights"
+        ),
     }
+)
+TARGETS = mark(
+    "{n_points:count point} found elsewhere by all models of the low flight than by "
+    "the high flight, by up to {largest:length}: {names:names of n_points}. One of the "
+    "flights measured another target, and nothing tells which"
+)
+TARGETS_OF_FLIGHT = mark(
+    "{n_points:count point} found elsewhere by all models of the low flight than by "
+    "the high flight, by up to {largest:length}: {names:names of n_points}. By the "
+    "given coordinates the {flight:flight} measured another target"
 )
 EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
@@ -58,6 +72,16 @@ def kept_gross_measurements(finding):
     )
 
 
+def other_targets(finding):
+    """Points that the flights have in different places, and which flight is wrong."""
+    words = TARGETS_OF_FLIGHT if finding.facts["flight"] else TARGETS
+    return Suggestion(
+        filled(words, finding),
+        translated(REMEDIES[finding.remedy]),
+        details=explained(finding.facts["explains"]),
+    )
+
+
 def _exchange(facts):
     one, other = (shortened(point) for point in facts["points"])
     return translated(
@@ -83,4 +107,5 @@ def explained(codes):
 WORDS = {
     "exchanged_names": exchanged_names,
     "kept_gross_measurements": kept_gross_measurements,
+    "other_targets": other_targets,
 }

@@ -1,0 +1,93 @@
+"""Points for which two flights have measured different targets.
+
+All models of the low flight that hold such a point agree with each other, and so do
+those of the high flight: neither contradicts itself. But the low flight, fitted onto
+its other points, finds the point elsewhere. Where it has given coordinates, these tell
+which flight has taken another target; otherwise nothing does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.frame_columns import values_of
+from einschalt.pipeline.densification.result_tables import HIGH, LOW
+from einschalt.theory.adjustment.multiple_testing import bonferroni
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+
+FEWEST_MODELS = 2
+# each model by itself contradicts the approximate coordinates with this probability
+EACH = 0.01
+# what models of one target scatter by, of the distance between both targets
+MOST_SCATTER = 0.5
+# more points are no mistaken targets: the approximate coordinates are wrong
+MOST_SHARE = 0.02
+MOST_LEVERAGE = 0.9
+PLAN = ["easting", "northing"]
+RESIDUALS = ["residual_easting", "residual_northing"]
+
+
+@dataclass(frozen=True)
+class OtherTarget:
+    """A point that lies elsewhere in one flight than in the other."""
+
+    point_id: str
+    distance: float  # between both targets [m]
+    n_models: int  # of the low flight that say so
+    flight: str  # that has taken the other target; empty where nothing tells
+    p_value: float  # of the clearest model, among all residuals (Bonferroni)
+
+
+def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
+    """Find points for which the flights have measured different targets.
+
+    Those farthest apart first; none where there is no high flight, or where so many
+    points differ that no targets were mistaken.
+    """
+    if two_step.high is None:
+        return ()
+    table = _predictions(two_step.low.residuals)
+    found = [_target(two_step, *each) for each in table.groupby("point_id", sort=False)]
+    found = [target for target in found if target is not None]
+    if len(found) > max(1.0, MOST_SHARE * table["point_id"].nunique()):
+        return ()
+    return tuple(sorted(found, key=lambda target: -target.distance))
+
+
+def _predictions(residuals):
+    """What each model of the low flight, without the point, misses it by."""
+    p_value = residuals["p_value"].to_numpy(dtype=float)
+    table = residuals[["point_id", "leverage", *RESIDUALS]].assign(
+        p_value=p_value, of_all=bonferroni(p_value)
+    )
+    table = table[np.isfinite(p_value) & (table["leverage"] < MOST_LEVERAGE)]
+    missed = values_of(table, RESIDUALS) / (1.0 - table[["leverage"]].to_numpy())
+    return table.assign(**dict(zip(PLAN, missed.T, strict=True)))
+
+
+def _target(two_step, name, rows):
+    """The point as another target, or None."""
+    smallest = float(rows["of_all"].min())
+    is_agreed = len(rows) >= FEWEST_MODELS and (rows["p_value"] < EACH).all()
+    if not (is_agreed and smallest < FINDING_SIGNIFICANCE):
+        return None
+    missed = values_of(rows, PLAN)
+    mean = missed.mean(axis=0)
+    distance = float(np.hypot(*mean))
+    scatter = np.hypot(*(missed - mean).T).max()
+    approximate = two_step.approximations.set_index("point_id").loc[name]
+    spread = np.nan_to_num(approximate.get("spread_total", np.nan))
+    if max(scatter, spread) > MOST_SCATTER * distance:
+        return None
+    place = approximate[PLAN].to_numpy(dtype=float)
+    flight = _flight_of(two_step.block.control_points, name, place, place + mean)
+    return OtherTarget(str(name), distance, len(rows), flight, smallest)
+
+
+def _flight_of(control, name, in_high, in_low):
+    """The flight that is farther from the given coordinates, if there are any."""
+    given = control.loc[control["point_id"] == name, PLAN].to_numpy(dtype=float)
+    if not len(given):
+        return ""
+    apart = [np.hypot(*(place - given[0])) for place in (in_high, in_low)]
+    return HIGH if apart[0] > apart[1] else LOW
