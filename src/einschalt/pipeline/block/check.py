@@ -23,6 +23,7 @@ from einschalt.pipeline.block.parallaxes import (
     models_without_parallaxes,
     parallax_problems,
 )
+from einschalt.pipeline.block.points_given_twice import contradictions
 from einschalt.pipeline.block.repeated_pointings import (
     average_settings,
     settings_problems,
@@ -69,6 +70,7 @@ def check_block(block, said=frozenset()) -> Findings:
     check.images()
     check.models_with_parallaxes()
     check.sizes()
+    check.points_given_twice()
     check.points_in_models()
     check.models_on_points()
     return Findings(
@@ -217,6 +219,14 @@ class _Check:
 
     def _extent(self, table, frame, key, unit):
         self.problems += extent_problems(frame, key, unit, self._file(table))
+
+    def points_given_twice(self):
+        """Points with two coordinates that contradict each other."""
+        both = ("control_points", "approximate_points")
+        # unless systems or units may be wrong
+        if self._sound(*both) and not self.problems:
+            given, files = map(self.checked.get, both), tuple(map(self._file, both))
+            self.notes += contradictions(self.block, *given, files)
 
     def images(self):
         """Models whose images were not measured."""

@@ -62,12 +62,24 @@ def extent_problems(frame, key, unit, file):
         ConsistencyError(
             f"the widest {key.removesuffix('_id')} extends over {extent:.6g} mm",
             expected=f"{SMALLEST_MODEL_MM:g} to {LARGEST_MODEL_MM:g} mm",
-            remedy=_unit_remedy(widest, key == "model_id"),
+            remedy=_remedy_of_one(float(np.median(extents)) * MM_PER_UNIT[unit])
+            or _unit_remedy(widest, key == "model_id"),
             file=file,
             row=facts["row"],
             model=facts["model"],
         )
     ]
+
+
+def _remedy_of_one(median_mm):
+    """What to do where the others have the unit that is named; empty otherwise."""
+    smallest, largest = USUAL_MODEL_MM
+    if not smallest <= median_mm <= largest:
+        return ""
+    return (
+        f"Half of the others extend over {median_mm:.4g} mm and more: is this one in "
+        "another unit? Convert it"
+    )
 
 
 def _unit_remedy(widest, has_unit):

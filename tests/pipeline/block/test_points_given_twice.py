@@ -1,0 +1,65 @@
+"""Points that are given twice, and one model in another unit: seen at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.foundations.errors import ConsistencyError
+from einschalt.pipeline.block.block import Block
+
+PLAN = ["easting", "northing"]
+M_0 = 0.09
+
+
+def block_with(demo_block, seed=0, moved=(), metres=2.0, **facts):
+    """The low flight onto given approximate points, some of them moved."""
+    rng = np.random.default_rng(seed)
+    points = demo_block.truth[["point_id", *PLAN]].copy()
+    points[PLAN] += M_0 / np.sqrt(2.0) * rng.standard_normal((len(points), 2))
+    points.loc[points["point_id"].isin(moved), "easting"] += metres
+    if "group_errors_m" in facts:
+        points["group"] = "all"
+    given = {"approximate_m_0_m": M_0} | facts
+    return Block(
+        crs=demo_block.crs,
+        control_points=demo_block.control_points,
+        approximate_points=points,
+        low_flight=demo_block.low_flight,
+        **given,
+    )
+
+
+def notes_of(block):
+    return [note for note in block.notes if "lie elsewhere" in note]
+
+
+def test_a_region_that_is_off_is_noted_with_its_points(demo_block):
+    names = demo_block.control_points["point_id"].iloc[:3].tolist()
+    (note,) = notes_of(block_with(demo_block, moved=names))
+    n_known = len(demo_block.control_points)
+    assert f"3 of {n_known} points" in note
+    assert all(name in note.rpartition(":")[2] for name in names)
+
+
+def test_clean_blocks_have_no_note(demo_block):
+    """Of 200 blocks fewer than one has it by chance."""
+    noted = [notes_of(block_with(demo_block, seed)) for seed in range(200)]
+    assert sum(map(bool, noted)) <= 2
+
+
+def test_what_is_shared_or_not_stated_is_no_contradiction(demo_block):
+    names = demo_block.control_points["point_id"].iloc[:3].tolist()
+    shared = {"group_errors_m": {"approximate_points": 2.0}}
+    assert not notes_of(block_with(demo_block, moved=names, **shared))
+    unknown = {"approximate_m_0_m": None}
+    assert not notes_of(block_with(demo_block, moved=names, **unknown))
+
+
+def test_one_model_in_another_unit_is_told_as_one(demo_block):
+    flight = demo_block.high_flight
+    points = flight.model_points.copy()
+    is_one = points["model_id"] == points["model_id"].iloc[0]
+    points.loc[is_one, ["x", "y"]] *= 1000.0
+    with pytest.raises(ConsistencyError, match="is this one in another unit"):
+        replace(demo_block, high_flight=replace(flight, model_points=points))
