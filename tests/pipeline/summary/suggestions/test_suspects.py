@@ -36,6 +36,7 @@ def test_gross_measurements_stand_in_their_file():
         n_observations=1,
         observations=ROWS[:1],
         largest=0.4,
+        n_undecided=0,
     )
     said = suggestion_of(found)
     assert said.problem == (

@@ -7,7 +7,12 @@ from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
-from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
+from einschalt.pipeline.assessment.findings.kinds import (
+    OBSERVATION,
+    finding,
+    first_names,
+    row_keys,
+)
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -51,13 +56,27 @@ def gross_measurements(two_step):
     found = two_step.gross_measurements.sort_values("p_value", kind="stable")
     if found.empty:
         return None
+    observed = _observations(found, largest_residual(found))
+    undecided = _undecided(two_step, found)
+    observed["facts"] |= {"n_undecided": len(undecided), "undecided": undecided}
     return finding(
         "gross_measurements",
         statistic="residual",
         probability=found["p_value"].iloc[0],
         remedy="measure_rejected_again",
-        **_observations(found, largest_residual(found)),
+        **observed,
     )
+
+
+def _undecided(two_step, found):
+    """Points of which several measurements contradict each other, and all are out."""
+    names = []
+    for flight, rows in found.groupby("flight", sort=False):
+        measured = two_step.model_points[flight]["point_id"].value_counts()
+        out = rows["point_id"].value_counts()
+        is_all = (out > 1) & (out == measured.reindex(out.index))
+        names += list(out.index[is_all])
+    return first_names(names)
 
 
 def _not_yet_named(examined):

@@ -1,7 +1,7 @@
 """What to say of gross errors and of wrong sizes of errors."""
 
-from einschalt.foundations.language import mark, mark_each
-from einschalt.pipeline.summary.suggestion import filled
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.wording import two_figures
 
 REMEDIES = mark_each(
@@ -45,10 +45,30 @@ AGAINST = mark(
 MEASURED = mark(
     "m_g_um of the {flight} is given as {given}, but the measurements show {shown}"
 )
+REJECTED = mark(
+    "{n_observations:count measurement}, off by up to {largest:length} "
+    "compared with the other models of the flight, excluded, worst first "
+    "(flight, coverage, model, point): "
+    "{observations:observations of n_observations}"
+)
+UNDECIDED = mark(
+    "Of {n_undecided:count point} all measurements of a flight are excluded: they "
+    "contradict each other, and nothing tells which of them is wrong: "
+    "{undecided:names of n_undecided}."
+)
 SET = mark(
     "m_g_um of the {flight} is given as {given}, but repeated settings scatter by "
     "{shown}"
 )
+
+
+def gross_measurements(finding):
+    """What was excluded, and where that may be too much."""
+    details = ()
+    if finding.facts["n_undecided"]:
+        details = (filled(UNDECIDED, finding),)
+    remedy = translated(REMEDIES[finding.remedy])
+    return Suggestion(filled(REJECTED, finding), remedy, details)
 
 
 def control_against_block(finding):
@@ -73,12 +93,7 @@ WORDS = mark_each(
             "does not explain, worst first (flight, coverage, model, point): "
             "{observations:observations of n_observations}"
         ),
-        "gross_measurements": (
-            "{n_observations:count measurement}, off by up to {largest:length} "
-            "compared with the other models of the flight, excluded, worst first "
-            "(flight, coverage, model, point): "
-            "{observations:observations of n_observations}"
-        ),
+        "gross_measurements": gross_measurements,
         "coverages_that_differ": (
             "{n_points:count point} with coverages that differ significantly, by up to "
             "{largest:length}: {names:names of n_points}"
