@@ -47,10 +47,20 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     if two_step.high is None:
         return ()
     table = _predictions(two_step.low.residuals)
-    found = [_target(two_step, *each) for each in table.groupby("point_id", sort=False)]
-    found = [target for target in found if target is not None]
-    if len(found) > max(1.0, MOST_SHARE * table["point_id"].nunique()):
+    by_point = table.groupby("point_id", sort=False)
+    points = by_point.agg(
+        n_models=("p_value", "size"),
+        largest=("p_value", "max"),
+        smallest=("of_all", "min"),
+        **{name: (name, "mean") for name in PLAN},
+    )
+    most = max(1.0, MOST_SHARE * len(points))
+    is_clear = (points["largest"] < EACH) & (points["smallest"] < FINDING_SIGNIFICANCE)
+    points = points[is_clear & (points["n_models"] >= FEWEST_MODELS)]
+    points = points[_are_of_one_target(two_step, table, points)]
+    if len(points) > most:
         return ()
+    found = [_target(two_step, point) for point in points.itertuples()]
     return tuple(sorted(found, key=lambda target: -target.distance))
 
 
@@ -65,23 +75,36 @@ def _predictions(residuals):
     return table.assign(**dict(zip(PLAN, missed.T, strict=True)))
 
 
-def _target(two_step, name, rows):
-    """The point as another target, or None."""
-    smallest = float(rows["of_all"].min())
-    is_agreed = len(rows) >= FEWEST_MODELS and (rows["p_value"] < EACH).all()
-    if not (is_agreed and smallest < FINDING_SIGNIFICANCE):
-        return None
-    missed = values_of(rows, PLAN)
-    mean = missed.mean(axis=0)
-    distance = float(np.hypot(*mean))
-    scatter = np.hypot(*(missed - mean).T).max()
-    approximate = two_step.approximations.set_index("point_id").loc[name]
-    spread = np.nan_to_num(approximate.get("spread_total", np.nan))
-    if max(scatter, spread) > MOST_SCATTER * distance:
-        return None
-    place = approximate[PLAN].to_numpy(dtype=float)
-    flight = _flight_of(two_step.block.control_points, name, place, place + mean)
-    return OtherTarget(str(name), distance, len(rows), flight, smallest)
+def _are_of_one_target(two_step, table, points):
+    """Whether the models of each flight agree with each other, (n_points,).
+
+    ``points``: indexed by name, with the mean of what models miss each of them by.
+    """
+    distance = np.hypot(*values_of(points, PLAN).T)
+    rows = table[table["point_id"].isin(points.index)]
+    place = points.index.get_indexer(rows["point_id"])
+    away = np.hypot(*(values_of(rows, PLAN) - values_of(points, PLAN)[place]).T)
+    scatter = np.zeros(len(points))
+    np.maximum.at(scatter, place, away)
+    approximate = two_step.approximations.set_index("point_id")
+    if "spread_total" in approximate:
+        spread = approximate["spread_total"].reindex(points.index).to_numpy(dtype=float)
+        scatter = np.fmax(scatter, spread)
+    return scatter <= MOST_SCATTER * distance
+
+
+def _target(two_step, point):
+    """A point as another target."""
+    approximations = two_step.approximations
+    is_its = approximations["point_id"] == point.Index
+    place = values_of(approximations[is_its], PLAN)[0]
+    missed = np.array([getattr(point, name) for name in PLAN])
+    control = two_step.block.control_points
+    flight = _flight_of(control, point.Index, place, place + missed)
+    distance = float(np.hypot(*missed))
+    return OtherTarget(
+        str(point.Index), distance, point.n_models, flight, point.smallest
+    )
 
 
 def _flight_of(control, name, in_high, in_low):
