@@ -32,9 +32,15 @@ def residuals(p_values, *, flight="low_flight", n=200):
 
 
 def examined_with(rows, outliers="keep", gross=None):
+    gross = rows.iloc[:0] if gross is None else gross
     return SimpleNamespace(
         residuals=rows,
-        gross_measurements=rows.iloc[:0] if gross is None else gross,
+        gross_measurements=gross,
+        named_measurements=gross,
+        # every point is measured twice
+        model_points={
+            flight: pd.concat([rows, rows]) for flight in set(rows["flight"])
+        },
         settings=SimpleNamespace(outliers=outliers),
         snooped_flights=("low_flight",),
     )
