@@ -1,5 +1,7 @@
 """Known points against the claim."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -9,6 +11,7 @@ from einschalt.pipeline.assessment.known_points import (
     KnownPoints,
     check_points,
     control_points,
+    far_control,
 )
 
 
@@ -65,3 +68,23 @@ def test_check_points_that_exceed_are_beyond(good_result):
     assert not good_result.examination.known_check.are_beyond
     spoilt = changed(good_result, points=points).examination
     assert spoilt.known_check.are_beyond
+
+
+def far_ones(*misses, n=12):
+    """Control points of 5 cm, the first of which are so far off [m]."""
+    rng = np.random.default_rng(4)
+    differences = 0.05 / np.sqrt(2.0) * rng.standard_normal((n, 2))
+    differences[: len(misses), 0] += misses
+    names = np.array([f"{k}" for k in range(n)], dtype=object)
+    known = KnownPoints(names, differences, 0.05, 2.0 * n)
+    return far_control(SimpleNamespace(known_control=known)).tolist()
+
+
+def test_single_control_points_that_are_far_off_are_named():
+    assert far_ones() == []
+    assert far_ones(1.0) == ["0"]
+    assert far_ones(1.0, -0.4) == ["0", "1"]
+    # most of them: then it is the claim that is wrong
+    assert far_ones(*[0.3] * 7) == []
+    # all are worse than claimed, and no single one is to blame
+    assert far_ones(1.0, *[0.1] * 11) == []

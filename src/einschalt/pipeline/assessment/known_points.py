@@ -146,13 +146,32 @@ def few_contradicting_points(examined) -> np.ndarray:
 
     None unless these are the majority.
     """
-    known, names = examined.known_check, contradicting_points(examined)
+    return _few(examined.known_check, contradicting_points(examined))
+
+
+def far_control(examined) -> np.ndarray:
+    """Names of the few control points that contradict the claim, as others do not.
+
+    Each by itself: normal errors of the root mean square that is claimed for all, Holm
+    over all control points.
+    """
+    known = examined.known_control
+    if not known.are_beyond:
+        return known.point_ids[:0]
+    p_value = np.exp(-np.sum(known.differences**2, axis=1) / known.claimed**2)
+    family = np.array([0, known.count])
+    is_far = is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)
+    return _few(known, known.point_ids[is_far])
+
+
+def _few(known, names):
+    """Some known points, if they are the minority and the others agree with a claim."""
     is_other = ~np.isin(known.point_ids, names)
-    is_few = 2 * len(names) < known.count and not _picked(known, is_other).are_beyond
+    is_few = 2 * len(names) < known.count and not picked(known, is_other).are_beyond
     return names if is_few else names[:0]
 
 
-def _picked(known, is_picked):
+def picked(known, is_picked):
     """Some of the known points, against the same claim."""
     return replace(
         known,
@@ -174,7 +193,7 @@ def lone_contradiction(examined) -> KnownPoints | None:
     known, names = examined.known_check, contradicting_points(examined)
     if not known.are_beyond or len(names) != 1 or _is_near_doubt(examined, names[0]):
         return None
-    others = _picked(known, known.point_ids != names[0])
+    others = picked(known, known.point_ids != names[0])
     beside = replace(others, claimed=known.rms)
     return others if beside.are_too_small and not others.are_beyond else None
 

@@ -73,10 +73,24 @@ def test_the_three_worst_control_points_are_named():
         Subject.CONTROL,
         names=("d", "c", "b", "a"),
         remedy="look_for_wrong_control",
-        facts=COMPARED,
+        facts={**COMPARED, "n_far": 0, "rms_of_others": 0.2},
     )
     said = suggestion_of(found)
     assert said.problem.endswith("the expected 8.0 cm; largest at d, c, b")
+
+
+def test_control_points_far_off_are_named_with_what_the_others_say():
+    found = Finding(
+        "control_points_beyond_claim",
+        Subject.CONTROL,
+        names=("d", "c", "b", "a"),
+        remedy="check_far_points",
+        facts={**COMPARED, "n_far": 1, "rms_of_others": 0.07},
+    )
+    said = suggestion_of(found)
+    assert said.problem.endswith(
+        "the expected 8.0 cm; far off: d; of the others they are 7.0 cm"
+    )
 
 
 def test_a_shift_has_a_direction():

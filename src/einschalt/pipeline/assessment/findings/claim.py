@@ -5,9 +5,12 @@ from einschalt.pipeline.assessment.credibility import (
     Reason,
     largest_measured,
 )
-from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
+from einschalt.pipeline.assessment.evidence.claim import KNOWN, NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.findings.kinds import finding
-from einschalt.pipeline.assessment.known_points import few_contradicting_points
+from einschalt.pipeline.assessment.known_points import (
+    far_control,
+    few_contradicting_points,
+)
 
 DOUBT = "doubt_independence"
 MOST_PAIRS = 10
@@ -23,6 +26,10 @@ def claim_that_does_not_stand(two_step):
     remedy = "doubt_sizes_of_errors" if two_step.high is not None else DOUBT
     if len(few_contradicting_points(two_step)):
         remedy = "doubt_check_points_too"
+    elif {test.name for test in rejected} == {KNOWN["control"]} and len(
+        far_control(two_step)
+    ):
+        remedy = "doubt_far_control"
     if two_step.credible.reason is Reason.STATED:
         remedy = "shared_errors_as_stated"
     return finding(

@@ -11,8 +11,10 @@ from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 from einschalt.pipeline.assessment.known_points import (
     contradicting_points,
+    far_control,
     few_contradicting_points,
     lone_contradiction,
+    picked,
 )
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -89,13 +91,20 @@ def control_points_beyond_claim(examined):
     known = examined.known_control
     if not known.are_beyond:
         return None
-    miss = np.hypot(*known.differences.T)
+    miss, few = np.hypot(*known.differences.T), far_control(examined)
+    is_other = ~np.isin(known.point_ids, few)
     is_stated = np.isfinite(examined.figures.mean_total)
+    remedy = "look_for_wrong_control" if is_stated else "state_control_errors"
+    compared = _compared("control points", known)
+    compared["facts"] |= {
+        "n_far": len(few),  # that contradict the claim each by itself, others do not
+        "rms_of_others": picked(known, is_other).rms,
+    }
     return finding(
         "control_points_beyond_claim",
-        names=known.point_ids[np.argsort(-miss, kind="stable")],
-        remedy="look_for_wrong_control" if is_stated else "state_control_errors",
-        **_compared("control points", known),
+        names=known.point_ids[np.lexsort((-miss, is_other))],
+        remedy="check_far_points" if len(few) else remedy,
+        **compared,
     )
 
 

@@ -26,6 +26,9 @@ REMEDIES = mark_each(
             "Look for gross errors and wrongly stated errors, also at the check points "
             "that are far off"
         ),
+        "doubt_far_control": (
+            "Single control points contradict it, the others do not: check these first"
+        ),
         "look_for_gross_errors_or_give_larger_ones": (
             "Look for gross errors in high flight and control, or state larger errors"
         ),

@@ -69,6 +69,11 @@ OF_CONTROL = mark(
     "The differences at {n_points:count control point} are {rms:length} (total, RMS), "
     "{ratio:factor} the expected {claimed:length}; largest at {worst}"
 )
+FAR_CONTROL = mark(
+    "The differences at {n_points:count control point} are {rms:length} (total, RMS), "
+    "{ratio:factor} the expected {claimed:length}; far off: {worst}; of the others "
+    "they are {rms_of_others:length}"
+)
 SHIFTS = mark_each(
     {
         "check": (
@@ -106,7 +111,10 @@ def lone_wrong_check_point(finding):
 
 
 def control_points_beyond_claim(finding):
-    """Their differences beside the claim, and where they are largest."""
+    """Their differences beside the claim, and those that are far off or largest."""
+    n_far = finding.facts["n_far"]
+    if n_far:
+        return filled(FAR_CONTROL, finding, worst=names(finding.names[:n_far]))
     return filled(OF_CONTROL, finding, worst=names(finding.names[:MOST_NAMED]))
 
 
