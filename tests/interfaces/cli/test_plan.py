@@ -127,7 +127,7 @@ def test_a_wish_that_cannot_be_met_is_answered(invoke):
     shown = invoke("plan", "--target", 0.002, "--scale", 8000, "--spacing", 300)
     assert shown.exit_code == 1  # the search is done, its target is not reached
     said = " ".join(shown.stdout.split())
-    assert "No plan of 54 reaches 2.0 mm" in said
+    assert "no plan of 54 reaches 2.0 mm" in said
     assert said.startswith("No plan is recommended")
     assert "It is limited by" in said
 

@@ -1,7 +1,9 @@
 """``einschalt simulate``."""
 
+import json
 import typing
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -96,3 +98,13 @@ def test_repetitions_set_truth_against_claim(invoke, tmp_path):
     )
     text = (tmp_path / "out" / "repetitions.csv").read_text(encoding="utf-8")
     assert [line.split(",")[0] for line in text.splitlines()] == ["seed", "3", "4"]
+
+
+def test_programs_are_told_what_repetitions_come_to(invoke, tmp_path):
+    options = ["--preset", "demo", "--repeat", "2", "--workers", "1", "--seed", "3"]
+    told = invoke("simulate", "--output", tmp_path / "out", *options, "--json")
+    figures = json.loads(told.stdout)["figures"]
+    table = pd.read_csv(tmp_path / "out" / "repetitions.csv")
+    expected = np.sqrt(np.mean(table["error_total"] ** 2))
+    assert figures["error_total"] == pytest.approx(expected, rel=1e-6)
+    assert 0.8 < figures["share_in_ellipses"] <= 1.0

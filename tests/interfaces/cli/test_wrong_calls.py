@@ -180,3 +180,9 @@ def test_errors_of_files_keep_the_names_of_the_file():
     assert as_typed(SettingsError('scale_number="a"')).found == "--scale a"
     advised = SettingsError("a gap", remedy="Raise low_scale_number, not point_id")
     assert as_typed(advised).remedy == "Raise --scale, not point_id"
+
+
+def test_a_wrong_price_is_told_in_words_that_can_be_typed(invoke):
+    call = ["plan", "--target", "5cm", "--costs", "foo=3"]
+    said = invoke(*call).stderr
+    assert "expected costs as image=10,model=20,setting=0.5,control_point=100" in said

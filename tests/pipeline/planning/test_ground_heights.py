@@ -117,7 +117,7 @@ NOTCHED = FlightArea(
 )
 
 
-@pytest.mark.parametrize("most_kept", [250_000, 1000])
+@pytest.mark.parametrize("most_kept", [250_000, 3000])
 def test_heights_in_a_notch_of_an_area_do_not_count(most_kept, monkeypatch):
     """But for what lies straight below a camera, and at the border."""
     monkeypatch.setattr(ground_heights, "MOST_KEPT", most_kept)

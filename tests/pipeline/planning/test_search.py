@@ -131,7 +131,7 @@ def test_infeasible_wishes_get_the_nearest_and_its_limit():
     assert found.feasible.empty
     assert found.nearest["reached"] == found.plans["reached"].min()
     text = " ".join(found.summary().split())
-    assert "No plan of 669 reaches 2.0 mm" in text
+    assert "no plan of 669 reaches 2.0 mm" in text
     assert "It is limited by the errors of control" in text
     assert "Not tried, and would help by the closed estimate: " in text
     assert len(found.beyond.efforts) > 2

@@ -95,7 +95,7 @@ def as_typed(error):
     texts = {name: getattr(error, name) for name in ("found", "expected", "remedy")}
     said = {name: _with_typed_words(text) for name, text in texts.items()}
     said["found"] = NAME_AT_FIRST.sub(_named, said["found"])
-    said = {name: NAME_WITHIN.sub(_named, text) for name, text in said.items()}
+    said = {name: NAME_WITHIN.sub(_word_of, text) for name, text in said.items()}
     return error if said == texts else error.with_facts(**said)
 
 
@@ -107,7 +107,7 @@ def told_as_typed(error) -> str:
     if any(map(_is_of_file, getattr(error, "problems", (error,)))):
         return text
     text = NAME_AT_FIRST.sub(_named, _with_typed_words(text))
-    return NAME_WITHIN.sub(_named, text)
+    return NAME_WITHIN.sub(_word_of, text)
 
 
 def _once(error):
@@ -129,7 +129,11 @@ def _named(found):
     name = found[1]
     if name in PRICES and "costs" in typed_options().typed:
         return f"{option_of('costs')}: {name}"
-    return typed_options().word(name) or name
+    return _word_of(found)
+
+
+def _word_of(found):
+    return typed_options().word(found[1]) or found[1]
 
 
 def _with_typed_words(text):

@@ -318,14 +318,14 @@ def describe_verdict(search) -> str:
             **facts,
         )
     message = mark(
-        "No plan of {n_all} reaches {target} ({place}, {formula}). The nearest comes "
-        "to {reached}: {plan}."
+        "By the closed estimate no plan of {n_all} reaches {target} ({place}, "
+        "{formula}). The nearest comes to {reached}: {plan}."
     )
     if not np.isfinite(best["reached"]):
         message = mark(
-            "No plan of {n_all} reaches {target} ({place}, {formula}): models hold so "
-            "few points that the estimate knows no bound of the error, such as of "
-            "{plan}."
+            "By the closed estimate no plan of {n_all} reaches {target} ({place}, "
+            "{formula}): models hold so few points that it knows no bound of the "
+            "error, such as of {plan}."
         )
     reached = _nearest(best["reached"], search.target)
     nearest = translated(message, reached=reached, **facts)

@@ -161,13 +161,19 @@ LABELS = mark_each(
 )
 
 
+def figures_of_repetitions(table) -> dict:
+    """Root mean squares over all repetitions [m], and the share in the ellipses."""
+    rms = {name: _rms(table[name]) for name in COLUMNS[2:6]}
+    return rms | {"share_in_ellipses": float(table["share_in_ellipses"].mean())}
+
+
 def summarize_repetitions(table, planned=None) -> str:
     """Say what is claimed and what is true, over all repetitions.
 
     ``planned``: what a plan expects of them [m].
     """
-    rms = {name: _rms(table[name]) for name in COLUMNS[2:6]}
-    share = table["share_in_ellipses"].mean()
+    rms = figures_of_repetitions(table)
+    share = rms["share_in_ellipses"]
     message = mark("{n:repetition|repetitions}, new points (total, RMS)")
     labels = {name: translated(text) for name, text in LABELS.items()}
     width = max(map(len, labels.values()))

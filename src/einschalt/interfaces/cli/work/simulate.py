@@ -16,6 +16,7 @@ from einschalt.pipeline.simulation.repetitions import (
     chance_of_error,
     claim_and_truth,
     describe_trial,
+    figures_of_repetitions,
     repeat_simulation,
     summarize_repetitions,
 )
@@ -79,7 +80,8 @@ def _repeat(asked: Asked, count, seed, engine, output, *, overwrite):
         write_tables_of(
             place, output, lambda new: write_table(table, new / REPETITIONS)
         )
-    report(output / REPETITIONS, n_repetitions=len(table))
+    figures = figures_of_repetitions(table)
+    report(output / REPETITIONS, n_repetitions=len(table), **figures)
     if asked.planned is not None:
         report(planned=asked.planned)
     print_out(summarize_repetitions(table, asked.planned))

@@ -10,6 +10,7 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.area.layout import FLIGHTS, AreaLayout
 from einschalt.pipeline.planning.area.photographs import (
+    least_above_ground,
     photographs_of,
     reach_of,
     stations,
@@ -17,6 +18,7 @@ from einschalt.pipeline.planning.area.photographs import (
 
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
+NEAR_GROUND = 0.5  # of the flying height: lines that come nearer to the ground are said
 
 
 class GroundTooHighError(GeometryError):
@@ -155,6 +157,33 @@ def said_of_limit(flown, plan, limit):
         "than {limit} m above the ground straight below it, on its whole line.",
         lower=number(lower, 2),
         limit=f"{limit:g}",
+    )
+
+
+def require_above_ground(photographs, plan, heights):
+    """Refuse lines that lead through the ground, be it beside the area.
+
+    Returns what is to be said of lines that come near to it, or "".
+    """
+    least = least_above_ground(photographs, heights)
+    names = zip(FLIGHTS, ("high_flying_height", "flying_height"), strict=True)
+    planned = {flight: float(plan[name]) for flight, name in names}
+    flight = min(least, key=lambda one: least[one] / planned[one])
+    facts = {"flight": flight.replace("_", " "), "planned": f"{planned[flight]:.0f}"}
+    if least[flight] <= 0.0:
+        raise GroundTooHighError(
+            f"lines of the {facts['flight']}, {facts['planned']} m above the ground of "
+            f"the area, lead through ground beside it, {-least[flight]:.0f} m below it",
+            expected="lines above the ground on their whole way",
+            remedy="Give larger scale numbers, or an area that leaves the slope out",
+        )
+    if least[flight] >= NEAR_GROUND * planned[flight]:
+        return ""
+    return kept(
+        "Lines of the {flight} come as near as {least} m to the ground straight below "
+        "them, {planned} m are planned: see height_above_nadir of the photographs.",
+        least=f"{least[flight]:.0f}",
+        **facts,
     )
 
 

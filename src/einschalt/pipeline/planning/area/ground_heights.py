@@ -13,8 +13,10 @@ from einschalt.pipeline.planning.area.height_lattice import HeightLattice
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
-MARGIN = 0.15  # of the extent of an area: as far beside it heights are kept
-MOST_KEPT = 250_000
+# as far beside an area heights are kept: of its extent, and at least [m]; photographs
+# are taken there, and lines lead over it
+MARGIN, LEAST_MARGIN = 1.0, 5000.0
+MOST_KEPT, PART_BESIDE = 250_000, 0.5
 MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 PLACES_IN_AREA = 4000  # at which heights are wanted
@@ -46,7 +48,7 @@ class GroundHeights:
         of the Earth's.
         """
         low, high = np.array(area.shape.bounds).reshape(2, 2)
-        margin = MARGIN * (high - low)
+        margin = max(MARGIN * float(np.max(high - low)), LEAST_MARGIN)
         is_near = ((self.plane >= low - margin) & (self.plane <= high + margin)).all(1)
         is_in = np.zeros(len(self.plane), dtype=bool)
         is_in[is_near] = area.holds(area.to_local(self.plane[is_near]))
@@ -74,13 +76,18 @@ class GroundHeights:
             for rows in (is_in, is_beside)
         )
         if is_in.sum() + is_beside.sum() > MOST_KEPT:
-            sides = np.ptp(self.plane[is_in | is_beside], axis=0)
-            least = sides.max() / MOST_KEPT  # where they lie in one line
-            side = max(float(np.sqrt(sides.prod() / MOST_KEPT)), least)
-            held = held.in_cells(side)
-            beside = beside.in_cells(side) if is_beside.any() else beside
+            held = held.at_most((1.0 - PART_BESIDE) * MOST_KEPT)
+            beside = beside.at_most(PART_BESIDE * MOST_KEPT)
         found = replace(held, beside=beside if is_beside.any() else None)
         return found.with_border(area)
+
+    def at_most(self, n) -> "GroundHeights":
+        """Return the same, in cells where there are more than so many heights."""
+        if len(self.plane) <= n:
+            return self
+        sides = np.ptp(self.plane, axis=0)
+        # where they lie in one line, cells are pieces of it
+        return self.in_cells(max(float(np.sqrt(sides.prod() / n)), sides.max() / n))
 
     def with_border(self, area) -> "GroundHeights":
         """Return the same, which knows what lies on the border of an area."""

@@ -136,6 +136,17 @@ def _within_limit(photographs, limit, heights, *, follows):
     )
 
 
+def least_above_ground(photographs, heights):
+    """Least height above what lies straight below photographs and lines [m].
+
+    By flight; of ground beside the area as well, as far as there are heights.
+    """
+    least = photographs["height_above_nadir"].to_numpy(dtype=float, copy=True)
+    before, height = _on_the_way(photographs, heights)
+    np.minimum.at(least, before, height)
+    return pd.Series(least).groupby(photographs["flight"].to_numpy()).min().to_dict()
+
+
 def _on_the_way(photographs, heights):
     """Heights above what lies straight below between photographs of a line [m].
 

@@ -25,6 +25,7 @@ from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
     GroundTooHighError,
     flight_plan,
+    require_above_ground,
     require_overlap,
     said_of_limit,
 )
@@ -330,6 +331,7 @@ def _whole(area, plan, found, frame, ground):
     said = [
         require_overlap(flown.photographs, plan, layout, heights),
         require_cover(layout),
+        require_above_ground(flown.photographs, plan, heights),
         said_of_limit(flown, plan, frame.max_height),
     ]
     return layout, flown, [text for text in said if text]
