@@ -9,6 +9,7 @@ import pytest
 import shapely
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
@@ -251,3 +252,17 @@ def test_plans_too_large_for_an_area_are_left_out_with_a_word():
     )
     assert any(said in note for note in plan.notes)
     assert len(plan.search.plans) == len(found.plans) - largest
+
+
+def test_plans_between_are_tried_with_every_number_of_coverages():
+    """Of two coverages none of the grid is kept, and one between is the cheapest."""
+    area = FlightArea(shapely.box(500_000.0, 5_300_000.0, 504_000.0, 5_303_000.0))
+    scales = (5700, 6800, 8100, 9500, 11_200, 13_300, 15_700, 18_600, 22_000)
+    choices = PlanChoices(scale_number=scales, spacing=400, m_g_um=10)
+    found, frame = recommended.search_over(TARGET, area, choices, PlanFrame())
+    coarse = recommended.plan_area(area, found, frame)
+    finer = recommended.plan_area(area, found, frame, refine=[*REFINED])
+    assert coarse.checked.plan["n_coverages"] == 3
+    assert finer.checked.plan["n_coverages"] == 2
+    assert finer.is_recommended
+    assert finer.flown.cost < 0.9 * coarse.flown.cost

@@ -42,6 +42,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
 MOST_BETWEEN = 6  # beside the cheapest of them
+NEARLY = 0.3  # of a target that is missed: plans beside such ones may keep it
 ALIKE = 0.1  # of logarithms of scales
 MOST_REFUSED = 60  # layouts that cannot be flown
 MOST_SAID = 3  # plans that miss the target, the cheapest
@@ -208,13 +209,28 @@ def check_plans(
     tries.go(trials, most, all_tried)
     best = tries.best()
     if refine and best.is_kept:
-        more = plans_between(search, best.plan, frame, refine)
+        more = _between(tries, best.plan, frame, refine)
         tries.search = search = searched_with(search, more)
         trials = trials.extended(pd.concat([plans, more]))
         tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
         best = tries.best()
     finer = finer_choices(search.plans, best.plan) if best.is_kept else {}
     return replace(best, search=search, finer=finer)
+
+
+def _between(tries, best, frame, refine):
+    """Plans between those of a search, about the best and about what came near to it.
+
+    With another number of coverages none may have been kept, and one between may be:
+    about the one of each number that misses the target by the least.
+    """
+    about, found = [best, *tries.nearest_of_other_coverages(best)], []
+    first = tries.search.plans.index.max() + 1
+    for plan in about:
+        more = plans_between(tries.search, plan, frame, refine)
+        found.append(more.set_axis(range(first, first + len(more))))
+        first += len(more)
+    return pd.concat(found)
 
 
 @dataclass
@@ -260,6 +276,15 @@ class _Tries:
         given = {"place": place, "asked_where": search.where}
         found = CheckedPlan(plan, propagated, reached, search.target, search, **given)
         return found, self.cost(plan) if found.is_kept or is_last else None
+
+    def nearest_of_other_coverages(self, best):
+        """Plans that miss the target by little, one of each number of coverages."""
+        nearest = {}
+        for found, _ in sorted(self.tried, key=lambda one: one[0].reached):
+            if 0.0 < found.reached / self.search.target - 1.0 < NEARLY:
+                nearest.setdefault(found.plan["n_coverages"], found.plan)
+        nearest.pop(best["n_coverages"], None)
+        return nearest.values()
 
     def best(self):
         """Put the cheapest that is kept, the next and the dropped ones together."""
