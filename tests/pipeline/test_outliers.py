@@ -1,5 +1,7 @@
 """Gross errors of the low flight in a whole block."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -105,8 +107,8 @@ def test_clean_blocks_lose_nothing(clean):
 def test_without_redundancy_there_is_no_suspicion(good_result):
     residuals = good_result.residuals.assign(p_value=np.nan, is_suspect=False)
     gross = no_gross_measurements()
-    result = type("R", (), {"residuals": residuals, "gross_measurements": gross})
-    assert suspect_observations(result) is None
+    result = {"residuals": residuals, "named_measurements": gross}
+    assert suspect_observations(SimpleNamespace(**result)) is None
 
 
 def test_significance_decides_who_is_suspect(clean):

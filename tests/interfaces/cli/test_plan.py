@@ -362,7 +362,7 @@ def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_p
     shown = invoke("plan", *options, "--output", tmp_path / "out")
     assert shown.exit_code == 1
     text = " ".join(shown.stdout.split())
-    assert "models hold so few points that the estimate knows no bound" in text
+    assert "models hold so few points that it knows no bound" in text
     assert "comes to –" not in text
     assert "would help by the closed estimate: points 300 m apart" in text
     assert text.count(": –") == 0

@@ -92,7 +92,7 @@ def test_plans_of_too_many_models_are_told_once_and_not_tried():
     choices = replace(CHOICES, scale_number=(9000, 11_000, 14_000), spacing=(400,))
     found, frame = recommended.search_over(0.06, area, choices, FRAME)
     fitting, (note,) = recommended._that_fit(area, found, frame)
-    n_models = models_over(area, found.model, *LARGEST.T)
+    n_models = models_over(area.shape.area, found.model, *LARGEST.T)
     largest = area.square_km * MOST_MODELS / n_models.max()
     assert set(fitting.plans["scale_number"]) == {11_000, 14_000}
     three = fitting.plans[fitting.plans["n_coverages"] == 3]
