@@ -59,14 +59,8 @@ def of_whole_work(show):
 
 
 @contextmanager
-def late_progress():
-    """Give what shows a title and a fraction once a second has passed.
-
-    What is compiled is shown meanwhile.
-    """
-    # imported when something is computed that takes numba along anyway
-    from einschalt.interfaces.cli import compiling  # noqa: PLC0415
-
+def late_steps():
+    """Give what shows a title and a fraction once a second has passed."""
     begin = time.monotonic()
     with stage_progress(is_quiet=False) as show:
 
@@ -74,9 +68,18 @@ def late_progress():
             if time.monotonic() - begin > PATIENCE:
                 show(title, fraction)
 
-        with compiling.compilations_shown(late) as progress:
-            progress.n_usual = compiling.OF_LAYOUTS
-            yield progress
+        yield late
+
+
+@contextmanager
+def late_progress():
+    """Give the same; what is compiled is shown meanwhile."""
+    # imported when something is computed that takes numba along anyway
+    from einschalt.interfaces.cli import compiling  # noqa: PLC0415
+
+    with late_steps() as late, compiling.compilations_shown(late) as progress:
+        progress.n_usual = compiling.OF_LAYOUTS
+        yield progress
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from einschalt.interfaces.cli import plan_answers
 from einschalt.interfaces.cli.exits import UNREACHED, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.plan_values import asked_of
+from einschalt.interfaces.cli.progress import late_steps
 from einschalt.interfaces.cli.typed_options import option_of
 
 QUESTION = {
@@ -113,11 +114,16 @@ def _place(options):
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
     place = output_of_question("plan", asked, names, files, overwrite=overwrite)
     output = options["output"]
-    if output is not None and output.suffix:
+    if output is not None and _is_file(output):
         require_written_suffix(output)
     elif output is not None:
         require_free(output, place)
     return place
+
+
+def _is_file(output):
+    """Whether the name is that of a file; one as plan_v1.2 is that of a folder."""
+    return bool(output.suffix) and not output.suffix[1:].isdigit()
 
 
 def _write(answer, output, place):
@@ -131,11 +137,15 @@ def _write(answer, output, place):
     from einschalt.interfaces.files.tables_by_suffix import write_table  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
-    if output.suffix:
+    if _is_file(output):
         table = next(iter(answer.tables().values()))
         table_output.write_file(output, place, lambda path: write_table(table, path))
         return
-    figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
+    drawn, figures = answer.figures(), {}
+    with late_steps() as progress:
+        for k, (name, one) in enumerate(drawn.items()):
+            progress("drawing figures", k / len(drawn))
+            figures[name] = figure_bytes(one)
 
     def write(new):
         plan_folder.write_plan(new, answer.tables(), figures, answer.text)
