@@ -105,15 +105,7 @@ def with_wrong_control(examined, judges, findings):
     except EinschaltError:  # the rest does not determine the block
         return findings
     explained = tuple(code for code in may_follow if code not in remaining)
-    cause = replace(causes[0], facts={**causes[0].facts, "explains": explained})
-    return tuple(
-        cause
-        if found is causes[0]
-        else replace(found, explained_by=cause.code)
-        if found.code in explained and not found.explained_by
-        else found
-        for found in findings
-    )
+    return _under(causes[0], findings, explained)
 
 
 def with_other_targets(examined, judges, findings):
@@ -126,7 +118,7 @@ def with_other_targets(examined, judges, findings):
     ]
     others = None
     if causes:
-        others = _without_points(examined, causes[0].facts["targets"])
+        others = _without_points(examined, examined.other_targets)
     if others is None or causes[0].explained_by or not may_follow:
         return findings
     try:
@@ -136,11 +128,16 @@ def with_other_targets(examined, judges, findings):
     except EinschaltError:  # the rest does not hold together
         return findings
     explained = tuple(code for code in may_follow if code not in remaining)
-    cause = replace(causes[0], facts={**causes[0].facts, "explains": explained})
+    return _under(causes[0], findings, explained)
+
+
+def _under(cause, findings, explained):
+    """Findings, of which those of some codes follow from one of them."""
+    facts = {**cause.facts, "explains": explained}
     return tuple(
-        cause
-        if found is causes[0]
-        else replace(found, explained_by=OTHER_TARGETS)
+        replace(cause, facts=facts)
+        if found is cause
+        else replace(found, explained_by=cause.code)
         if found.code in explained and not found.explained_by
         else found
         for found in findings
@@ -159,7 +156,7 @@ def _without_points(examined, targets):
     if n_points > MOST_TRIED:
         return None
     for flight in (HIGH, LOW):
-        names = [t["point_id"] for t in targets if (t["flight"] or LOW) == flight]
+        names = [each.point_id for each in targets if (each.flight or LOW) == flight]
         measured = block.flights[flight]
         if names and measured.is_oriented_numerically:
             return None
