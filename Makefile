@@ -91,8 +91,10 @@ endef
 	$(call install,".[test]")
 	touch .venv/installed
 
+# a comma in a call would begin its next argument
+OF_BENCH := ".[test,bench]"
 .venv/installed-bench: pyproject.toml | .venv/bin/python
-	$(call install,".[test,bench]")
+	$(call install,$(OF_BENCH))
 	touch .venv/installed .venv/installed-test
 
 .venv/installed-docs: pyproject.toml | .venv/bin/python
