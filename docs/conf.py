@@ -40,6 +40,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "sphinx_design",  # cards of the home page
     "sphinx_copybutton",
+    "link_texts",  # titles of pages, where sources name their files
     "mathml",  # formulas without scripts
     "plan_fields",  # of the classes of plans
     "generated_reference",  # commands, settings and findings from the program itself

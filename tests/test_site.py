@@ -111,6 +111,13 @@ def test_the_page_of_commands_is_the_same_whoever_builds_it(monkeypatch):
     assert page.command_page() == english
 
 
+def test_no_link_of_the_site_is_named_after_a_file():
+    pages = extension("link_texts")
+    assert pages.titled(PAGES["conventions"]) != PAGES["conventions"]
+    left = {name: pages.titled(text) for name, text in PAGES.items()}
+    assert [name for name, text in left.items() if re.search(r"\.md`?\]\(", text)] == []
+
+
 def test_files_for_readers_are_there():
     named = re.findall(r"`[^`]+ <([^>]+)>`", PAGES["getting_started"])
     assert len(named) == 3

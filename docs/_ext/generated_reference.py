@@ -1,7 +1,7 @@
 """Pages of the reference that the program writes itself, when the site is built.
 
 Commands from their own help, settings from the model that checks them, findings and
-remedies from the catalogue of the summary.
+remedies from the catalogue of the summary, terms from what ``explain`` says of them.
 """
 
 import re
@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.explained_findings import explained_finding
 from einschalt.interfaces.cli.main import COMMANDS, app
+from einschalt.interfaces.files.glossary import entries
 from einschalt.pipeline.assessment.findings.kinds import KINDS
 from einschalt.pipeline.settings import Expected, Settings, words_of
 from einschalt.pipeline.summary.suggestions.catalogue import WORDS
@@ -32,6 +33,12 @@ FINDINGS_TITLE = """# Findings and remedies
 What the summary may report under *Problems and suggestions*, the gravest first: the
 code that stands in `assessment.json`, what is judged, and what may be done about it.
 `einschalt explain CODE` prints the same. Some remedies are worded for each block.
+"""
+
+TERMS_TITLE = """# What the terms mean
+
+Each in a sentence; `einschalt explain TERM` prints the same, by the English or the
+German word. Symbols, units and names in the code: the [glossary](../../glossary.md).
 """
 
 # signs that Markdown would take for its own
@@ -151,7 +158,24 @@ def _unwrapped(explained):
     return lines
 
 
-PAGES = {"commands": command_page, "settings": settings_page, "findings": findings_page}
+def terms_page():
+    """Terms of the glossary that have a meaning, by their sections."""
+    parts, section = [TERMS_TITLE], ""
+    for one in entries():
+        if one.section != section and one.meaning:
+            section = one.section
+            parts.append(f"## {section}\n")
+        if one.meaning:
+            parts.append(f"{plain(one.english)}\n: {plain(one.meaning)}\n")
+    return "\n".join(parts)
+
+
+PAGES = {
+    "commands": command_page,
+    "settings": settings_page,
+    "findings": findings_page,
+    "terms": terms_page,
+}
 
 
 def write(app):

@@ -56,12 +56,17 @@ def read_crs(text):
     units = {axis.unit_name for axis in crs.axis_info}
     is_plane = crs.is_projected or crs.is_engineering
     if not is_plane or (units and units != {METRE}):
+        given = {
+            "expected": "a plane system in metres",
+            "remedy": "Name the projected system of the coordinates",
+        }
+        if units == {METRE}:  # of heights alone, or geocentric
+            axes = ", ".join(axis.direction for axis in crs.axis_info)
+            raise ProjectionError(
+                f"crs = {system_label(crs)} has the axes {axes}", **given
+            )
         axes = ", ".join(sorted(units))
-        raise ProjectionError(
-            f"crs = {system_label(crs)} has axes in {axes}",
-            expected="a plane system in metres",
-            remedy="Name the projected system of the coordinates",
-        )
+        raise ProjectionError(f"crs = {system_label(crs)} has axes in {axes}", **given)
     return _with_usual_axes(crs)
 
 

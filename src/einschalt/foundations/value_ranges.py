@@ -32,6 +32,16 @@ class Range:
         is_kind = not self.is_whole or float(value).is_integer()
         return self.low <= value <= self.high and is_kind
 
+    def remedy_for(self, value) -> str:
+        """What a value outside suggests; no other unit makes 0 or less a size.
+
+        >>> spacing = Range(0.5, 50_000, likely_slip="Did you give kilometres?")
+        >>> spacing.remedy_for(0.25), spacing.remedy_for(-5.0)
+        ('Did you give kilometres?', '')
+        """
+        is_number = isinstance(value, int | float | np.integer | np.floating)
+        return self.likely_slip if is_number and value > 0 else ""
+
     def __str__(self):
         """Return the range as it stands in a message."""
         number = "a whole number, " if self.is_whole else ""
@@ -51,7 +61,7 @@ def problems_in(owner, ranges) -> list[EinschaltError]:
         SettingsError(
             f"{name} = {described(getattr(owner, name))}",
             expected=str(allowed),
-            remedy=allowed.likely_slip,
+            remedy=allowed.remedy_for(getattr(owner, name)),
         )
         for name, allowed in ranges.items()
         if getattr(owner, name) not in allowed

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from einschalt.foundations.language import catalogue, written_in
+from einschalt.foundations.term_meanings import MEANINGS as TERMS
 from einschalt.interfaces.cli.explained_findings import (
     GRAVITIES,
     SUBJECTS,
@@ -71,6 +72,19 @@ def test_every_value_is_explained(name, value, invoke):
         return
     shown = invoke("explain", value).stdout
     assert f"{value} (value of {name})\n  {VALUES[name][value]}\n" in shown
+
+
+def test_every_meaning_is_of_a_term():
+    assert set(TERMS) <= {one.english for one in entries()}
+
+
+@pytest.mark.parametrize("word", ["Passpunkt", "control point"])
+def test_a_term_is_told_in_a_sentence(word, invoke):
+    shown = " ".join(invoke("explain", word).stdout.split())
+    assert f"{TERMS['control point']} English: control point" in shown
+    assert catalogue("de").gettext(TERMS["control point"]) in " ".join(
+        invoke("--language", "de", "explain", word).stdout.split()
+    )
 
 
 def test_values_are_explained_in_german():

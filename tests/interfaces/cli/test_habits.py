@@ -137,6 +137,7 @@ def test_headline_figures(invoke, block_folder, tmp_path):
         *[("5cm", "m", 0.05), ("250m", "m", 250.0), ("3 mm", "m", 0.003)],
         *[("0.3km", "m", 300.0), ("0.05", "m", 0.05), ("15.2cm", "mm", 152.0)],
         *[("7.5um", "µm", 7.5), ("7.5µm", "µm", 7.5), ("0.01mm", "µm", 10.0)],
+        *[("400ft", "m", 121.92), ("1 ft", "mm", 304.8)],
     ],
 )
 def test_lengths_have_the_unit_that_is_written(text, unit, number):

@@ -66,7 +66,7 @@ CALLS = {
     ),
     ("plan", "--target", "5feet"): (
         "--target: '5feet' has a unit that is not known",
-        "one of km, m, dm, cm, mm, um, µm, μm",
+        "one of km, m, dm, cm, mm, um, µm, μm, ft",
         None,
     ),
     # what is refused behind the call

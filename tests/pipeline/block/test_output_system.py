@@ -131,6 +131,7 @@ def test_an_operation_that_is_not_good_enough_ends_before_the_work(demo_block):
     [
         ("EPSG:31254", "outside the area of MGI / Austria GK West (EPSG:31254)"),
         ("EPSG:4258", "has axes in degree"),
+        ("EPSG:5703", "has the axes up; expected a plane system in metres"),
         ("EPSG:99", "output_crs: crs = 'EPSG:99' is unknown"),
         ("EPSG:3857", "output_crs: WGS 84 / Pseudo-Mercator (EPSG:3857) shows lengths"),
     ],

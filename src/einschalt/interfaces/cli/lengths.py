@@ -16,6 +16,7 @@ METRES = {
     "cm": 1e-2,
     "mm": 1e-3,
     **dict.fromkeys(("um", "µm", "μm"), 1e-6),
+    "ft": 0.3048,  # the international one, as heights of flights are told in
 }
 SHARE = "0 to 1"  # which may be given as 60%
 # units of options by the names of their arguments, which no two commands take

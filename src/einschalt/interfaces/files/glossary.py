@@ -10,6 +10,8 @@ from pathlib import Path
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.language import mark_each, translated
+from einschalt.foundations.term_meanings import MEANINGS
+from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.files.plain_formulas import without_latex
 
 PACKAGE = Path(__file__).parents[2]
@@ -45,13 +47,26 @@ class Entry:
         return next(iter(self.cells.values()))
 
     @property
+    def english(self):
+        """Its first word in English, as meanings are told by."""
+        first = re.split("[,;]", self.cells["English"])[0].strip()
+        return re.sub(r" \([^)]*\)?$", "", first)
+
+    @property
+    def meaning(self):
+        """What it means, in a sentence; empty where its words say that."""
+        return translated(MEANINGS[self.english]) if self.english in MEANINGS else ""
+
+    @property
     def text(self):
         """The entry as it is printed."""
         (_, title), *rest = self.cells.items()
         rest = [(name, cell) for name, cell in rest if cell not in ("", NOTHING)]
         said = [f"{translated(NAMES[name])}: {cell}" for name, cell in rest]
         section = translated(SECTIONS[self.section])
-        lines = [f"{title} ({section})", *(f"  {one}" for one in said)]
+        if self.meaning:
+            said.insert(0, self.meaning)
+        lines = [f"{title} ({section})", *(_indented(one) for one in said)]
         return without_latex("\n".join(lines).replace("`", ""))
 
     @property
@@ -73,6 +88,10 @@ class Entry:
         known = {folded(word) for word in self.words} - {""}
         wanted = folded(term)
         return wanted in known or (plural and wanted.removesuffix("s") in known)
+
+
+def _indented(text):
+    return wrapped(text, first="  ", indent="    ")
 
 
 @cache

@@ -96,7 +96,7 @@ micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
             raise SettingsError(
                 f"{name} = {_shown(value)}",
                 expected=str(allowed),
-                remedy=allowed.likely_slip if _is_number(value) else "",
+                remedy=allowed.remedy_for(plain),
             )
     return np.array(listed, dtype=float)
 
