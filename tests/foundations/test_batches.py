@@ -111,6 +111,21 @@ def test_few_rows_stay_in_this_thread():
     assert names == [(threading.main_thread(), 0, 2)]
 
 
+@pytest.mark.usefixtures("many_workers")
+def test_few_rows_that_take_long_are_worth_threads():
+    ranges = []
+
+    def kernel(first, last, start):
+        ranges.append((first, last))
+
+    over_segments(kernel, np.arange(9), work_of_row=1.2)
+    assert ranges == [(0, 8)]
+    ranges.clear()
+    over_segments(kernel, np.arange(9), work_of_row=1.3)
+    assert len(ranges) > 1
+    assert sorted(k for one in ranges for k in range(*one)) == [*range(8)]
+
+
 def test_cores_that_the_process_may_use(monkeypatch):
     assert batches.n_cores() >= 1
     # where the system keeps no such list, all cores count

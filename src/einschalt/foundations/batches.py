@@ -143,13 +143,14 @@ def _n_own_cores():
     return os.cpu_count() or 1
 
 
-def over_segments(kernel, start, *arrays):
+def over_segments(kernel, start, *arrays, work_of_row=1.0):
     """Run a compiled kernel over all segments, on all cores where it pays.
 
     The kernel is called as ``kernel(first, last, start, *arrays)`` for ranges of
     segments and writes its results into the arrays. It must release the GIL
     (``nogil=True``). Each segment is computed whole by one thread, so the result does
-    not depend on their number.
+    not depend on their number. ``work_of_row``: what a row takes, in numbers that are
+    fetched and added, about; few rows that take long are worth a thread as well.
 
     Threads instead of numba's own parallel loops: those abort the process when it
     forks afterwards, or when two Python threads call them at once.
@@ -157,7 +158,7 @@ def over_segments(kernel, start, *arrays):
     n_segments = len(start) - 1
     n_rows = int(start[-1]) if n_segments else 0
     n_workers = n_cores()
-    if n_rows < ROWS_WORTH_A_THREAD or n_workers == 1:
+    if n_rows * work_of_row < ROWS_WORTH_A_THREAD or n_workers == 1:
         kernel(0, n_segments, start, *arrays)
         return
     # four ranges per worker even out models of different size

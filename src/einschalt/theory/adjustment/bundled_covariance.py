@@ -89,6 +89,7 @@ class BundledRows:
             met.column,
             joint.astype(dtype, copy=False),
             out,
+            work_of_row=self._in_a_row**2,
         )
         return of_real_axes(out) if self.axes is Axes.COMPLEX else out
 
@@ -124,6 +125,11 @@ class BundledRows:
         squares = np.square(np.abs(self.rows.data))
         each = np.einsum("nau,nu->n", squares, of_bundle[self.rows.indices])
         return segment_sum(each, self.rows.indptr)
+
+    @property
+    def _in_a_row(self):
+        """How many bundles a point depends on, on the average."""
+        return len(self.rows.indices) * self.axes.value / max(1, self.rows.shape[0])
 
     def _entries(self, dtype):
         rows = self.rows
@@ -196,7 +202,9 @@ def joint_covariance(operator, met, size, standard_errors):
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)
     rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
     given = (*rows, len(each), scaled, out)
-    over_segments(_joint_of_pairs, met.pointer, met.column, *given)
+    in_a_bundle = len(blocks.indices) * size / max(1, blocks.shape[0])
+    work = {"work_of_row": in_a_bundle}
+    over_segments(_joint_of_pairs, met.pointer, met.column, *given, **work)
     return out
 
 

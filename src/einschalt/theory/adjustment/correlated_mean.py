@@ -78,6 +78,8 @@ class JointCovariance:
             np.cumsum(within + 1) - (within + 1),
             np.ascontiguousarray(blocks, dtype=float),
             found,
+            # a system of equations for each point, as large as it has values
+            work_of_row=(len(order) / max(1, len(start) - 1)) ** 2,
         )
         return found * np.eye(self.blocks.shape[1]) if is_of_one else found
 
