@@ -76,7 +76,7 @@ def test_long_tables_are_cut_in_the_text_only(invoke, tmp_path):
 @pytest.mark.parametrize(
     ("option", "value", "says"),
     [
-        ("--scale-number", "-8000", "Give the denominator: 8000 for 1:8000"),
+        ("--scale-number", "50", "Give the denominator: 8000 for 1:8000"),
         ("--scale-number", "0", "--scale-number = 0"),
         ("--spacing", "3000", "spacing = 3000 m is larger than a model at 1:6000"),
         ("--m-0", "10", "10 cm are 0.10"),

@@ -77,23 +77,28 @@ def test_without_measuring_errors_control_alone_remains(flight, control):
     assert found.m_0 == pytest.approx(0.0, abs=1e-9)
 
 
-def test_points_that_stand_for_others_have_the_errors_of_their_mean(flight, control):
-    """All but control, which stands for itself."""
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+@pytest.mark.parametrize("n", [2, 4])
+def test_points_that_stand_for_others_have_the_errors_of_each(flight, control, kind, n):
+    """As if so many lay at its place, one of them control where control lies."""
     corners = np.flatnonzero((PLACES[:, 0] % 2 == 0) & (PLACES[:, 1] != 1))
     given = replace(control, point=corners, plane=control.plane[corners])
-
-    def variance(stands_for):
-        high = replace(flight, stands_for=stands_for)
-        parts = propagate_flights(high, flight, given).errors.parts
-        return {name: part.trace(axis1=1, axis2=2) for name, part in parts.items()}
-
-    one, four, of_control = map(variance, (1.0, 4.0, np.inf))
-    of_new = (one["high_flight"] - of_control["high_flight"]) / 4.0
-    assert of_control["high_flight"].min() > 0.0
-    assert four["high_flight"] == pytest.approx(of_control["high_flight"] + of_new)
-    assert of_new.min() > 0.0
-    for source in ("control", "low_flight"):
-        assert four[source] == pytest.approx(one[source])
+    flight = replace(flight, kind=kind)
+    few = replace(flight, stands_for=float(n))
+    # points of the same place stand beside each other
+    many = replace(
+        flight,
+        model=np.repeat(flight.model, n),
+        point=(n * flight.point[:, None] + np.arange(n)).ravel(),
+        xy=np.repeat(flight.xy, n, axis=0),
+    )
+    of_few = propagate_flights(few, few, given)
+    of_many = propagate_flights(many, many, replace(given, point=n * corners))
+    is_new = ~np.isin(of_many.point, n * corners)
+    place = np.argsort(of_few.point)[of_many.point[is_new] // n]
+    for source, found in of_many.parts.items():
+        expected = of_few.parts[source][place]
+        assert found[is_new] == pytest.approx(expected, rel=1e-9, abs=1e-15)
 
 
 def test_a_model_on_a_line_is_refused(flight, control):

@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.area.recommended import (
     propagate,
     search_over,
 )
+from einschalt.pipeline.planning.area.tried_layouts import design_over
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import expect_precision
@@ -127,9 +128,11 @@ def outcome_over_area(seed):
         return Outcome(kind, "none")
     design = plan.checked.propagated.design
     own = lay_out(plan.checked_on, design)
-    # control is surveyed where the plan has it, whatever the points about it
+    # control is surveyed where the plan has it, whatever the points about it, of which
+    # none are left out
     control = own.position[own.control]
-    other = lay_out(plan.checked_on, design, seed=1, control=control)
+    dense = design_over(plan.checked_on, design, np.inf)
+    other = lay_out(plan.checked_on, dense, seed=1, control=control)
     shares = (propagate(layout).mean / request.target for layout in (own, other))
     return Outcome(kind, "recommended", *shares, design.n_coverages == 1)
 

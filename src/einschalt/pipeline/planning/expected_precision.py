@@ -142,7 +142,8 @@ class PropagatedBlock:
 
     design: FlightDesign
     weighting: str  # of a point's values: "plain", "weighted", "rigorous"
-    of_new_points: np.ndarray  # errors of the new points, TOTAL [m]
+    errors: np.ndarray  # of points that new ones are like, TOTAL [m]
+    counts: np.ndarray  # as how many new points each of them counts
     n_high_models: int
     n_low_models: int
     # what control and both flights contribute, root mean square, TOTAL [m]
@@ -153,7 +154,7 @@ class PropagatedBlock:
     @property
     def mean(self) -> float:
         """Root mean square of the errors of the new points, TOTAL [m]."""
-        return _rms(self.of_new_points)
+        return _rms(self.errors, self.counts)
 
     @property
     def share_of_control(self) -> float:
@@ -205,7 +206,7 @@ def propagate_scene(
         if propagated is None:
             block = set_anew().measured("Planned (simulated)")
             propagated = _through_stages(block, design, means)
-    if not len(propagated.of_new_points):
+    if not propagated.counts.any():
         raise GeometryError(
             "all points of the area would be control points",
             expected="some that are to be densified",
@@ -235,9 +236,10 @@ def _by_arrays(scene, design, weighting):
         return points, _table_of_values(scene, flights), flights.m_0
 
     numbers = (scene.layouts[flight].n_models for flight in FLIGHTS)
-    parts = _parts(flights.errors, ~is_control)
-    of_new_points = total[~is_control]
-    return PropagatedBlock(design, weighting, of_new_points, *numbers, parts, details)
+    # of those for which control stands, it is one: the others are new, and like it
+    counts = np.where(is_control, stands_for - 1.0, stands_for)
+    parts = _parts(flights.parts, counts)
+    return PropagatedBlock(design, weighting, total, counts, *numbers, parts, details)
 
 
 def _plane_flight(scene, flight, stands_for):
@@ -288,7 +290,7 @@ def _through_stages(block, design, means):
     result = densify(block, means.updated(asked))
     solution = result.solution
     points = solution.points  # not judged: nothing has been measured
-    is_new = (points["role"] == "new").to_numpy()
+    counts = (points["role"] == "new").to_numpy(dtype=float)
     names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
 
     def details():
@@ -305,25 +307,30 @@ def _through_stages(block, design, means):
     return PropagatedBlock(
         design,
         means.weighting_with(covariances_are_known=True),
-        points.loc[is_new, "standard_error_total"].to_numpy(),
+        points["standard_error_total"].to_numpy(),
+        counts,
         len(solution.high.transformation.models),
         len(solution.low.models),
-        _parts(solution.errors, is_new),
+        _parts(solution.errors.parts, counts),
         details,
     )
 
 
-def _parts(errors, is_new):
-    return {source: _rms(_total(errors.parts[source])[is_new]) for source in SOURCES}
+def _parts(parts, counts):
+    return {source: _rms(_total(parts[source]), counts) for source in SOURCES}
 
 
 def _total(covariance):
     return np.sqrt(np.trace(covariance, axis1=1, axis2=2))
 
 
-def _rms(errors):
+def _rms(errors, counts=None):
+    """Root mean square, each error as often as it counts; NaN of none."""
     errors = np.asarray(errors, dtype=float)
-    return float(np.sqrt(np.mean(errors**2))) if errors.size else np.nan
+    counts = np.ones(errors.size) if counts is None else counts
+    is_counted = counts > 0.0
+    errors, counts = errors[is_counted], counts[is_counted]
+    return float(np.sqrt(counts @ errors**2 / counts.sum())) if errors.size else np.nan
 
 
 def _values(block, single_values, totals):

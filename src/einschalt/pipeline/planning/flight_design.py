@@ -112,8 +112,8 @@ class FlightDesign:
         """Distance of the points of the layout [m].
 
         Where dozens of models hold a point it is larger than planned: fewer points,
-        with the same control, make the same errors, to some 2 %, if each has those of
-        the mean of all for which it stands, where models are fitted on it.
+        with the same control, make the same errors, to some 2 %, if models are fitted
+        on each as on the mean of all for which it stands.
         """
         width, height = self.extent
         work = width * height / self.spacing**2 * self.work_of_a_point

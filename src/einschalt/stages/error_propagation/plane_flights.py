@@ -41,11 +41,19 @@ from einschalt.theory.adjustment.least_squares import (
     standard_error_of_unit_weight,
     total_from_coordinate,
 )
-from einschalt.theory.adjustment.point_operator import Axes, unchanged, weighted_mean
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    sums,
+    unchanged,
+    weighted_mean,
+)
 from einschalt.theory.double_coverage import mean_of_values, position_in_extent
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
+# a point that stands for several is fitted with the error of their mean: what its own
+# measurement is off that, and what others add to the measurement of control
+SINGLE, OTHERS = "low_flight_single", "high_flight_others"
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +67,8 @@ class PlaneFlight:
     model: np.ndarray
     point: np.ndarray
     xy: np.ndarray  # (n_rows, 2): in the unit of the models
-    # points that each one stands for, but for control: models of another flight that
-    # are fitted on it are fitted on so many, and its error is that of their mean
+    # points that each one stands for: models of the low flight are fitted on so many,
+    # and its error is that of their mean
     stands_for: float = 1.0
     # how much larger errors are in the model than in the image, (n_rows,): by the depth
     # of a point below the cameras, over that of the scale
@@ -194,6 +202,15 @@ class PropagatedFlights:
         return propagate(self.low.flight.point, self.chains_to_values, sizes)
 
     @property
+    def parts(self):
+        """Covariance of each point from control and flights, dict of arrays [m²]."""
+        parts = dict(self.errors.parts)
+        for name, of in ((HIGH, OTHERS), (LOW, SINGLE)):
+            if of in parts:
+                parts[name] = parts[name] + parts.pop(of)
+        return parts
+
+    @property
     def m_0(self):
         """TOTAL standard error of unit weight of all low-flight models [m]."""
         return float(total_from_coordinate(self._pooled))
@@ -243,13 +260,19 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     operator = of_high.operator(_sources(len(control.point)), axes)
     chains = {CONTROL: operator.ground @ own, HIGH: operator.measured @ own}
     high_means = _Means.of(high, weighting, chains, sizes)
-    sizes[HIGH] = _of_all_points(sizes[HIGH], high, control)
+    if high.stands_for > 1.0:
+        chains, sizes = _as_fitted(high, control, chains, sizes, axes)
     approximate = _mean_ground(of_high, high_means)
     of_low = _transformed(low, low_xy, low.kind, high_means.point, approximate)
     operator = of_low.operator(_sources(len(high_means.point)), axes)
     onto = operator.ground @ high_means.operator(axes)
     chains = {name: onto @ chain for name, chain in chains.items()}
     chains[LOW] = operator.measured @ own
+    if low.stands_for > 1.0:
+        share = 1.0 / low.stands_for
+        sizes[SINGLE] = sizes[LOW] * np.sqrt(1.0 - share)
+        sizes[LOW] = sizes[LOW] * np.sqrt(share)
+        chains[SINGLE] = _of_rows(np.ones(len(low.point)), axes)
     known = SharedCovariances()
     means = _Means.of(low, weighting, chains, sizes, known)
     final = means.operator(axes)
@@ -258,10 +281,31 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     return PropagatedFlights(means, of_low, errors, chains)
 
 
-def _of_all_points(errors, flight, control):
-    """Errors of single points as those of the means of all for which they stand."""
-    of_mean = errors / np.sqrt(flight.stands_for)
-    return np.where(np.isin(flight.point, control.point), errors, of_mean)
+def _as_fitted(flight, control, chains, sizes, axes):
+    """Chains to values, and errors, of a flight on which another one is fitted.
+
+    Each value is the mean of those for which it stands. Where control lies, its own
+    measurement, on which the models of this flight are fitted, is one of them.
+    """
+    share, n_rows = 1.0 / flight.stands_for, len(flight.point)
+    is_control, of_one = np.isin(flight.point, control.point), sizes[HIGH]
+    less = _of_rows(np.where(is_control, share - 1.0, 0.0), axes)
+    chains = chains | {
+        HIGH: chains[HIGH] + less,
+        OTHERS: _of_rows(np.ones(n_rows), axes),
+    }
+    of_others = np.sqrt(share * (1.0 - share))
+    errors = {
+        HIGH: of_one * np.where(is_control, 1.0, np.sqrt(share)),
+        OTHERS: of_one * np.where(is_control, of_others, 0.0),
+    }
+    return chains, sizes | errors
+
+
+def _of_rows(factors, axes):
+    """Operator that multiplies each row with a factor."""
+    n_rows = len(factors)
+    return sums(factors, np.arange(n_rows), np.arange(n_rows + 1), n_rows, axes)
 
 
 def _sizes(high, low, control):
