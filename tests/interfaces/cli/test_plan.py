@@ -274,6 +274,11 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
     assert told["figures"]["reached_on_layout"] is None
     (problem,) = told["problems"]
     assert (problem["found"], problem["remedy"]) == ("too few points", "Take more")
+    monkeypatch.undo()
+    usual = json.loads(invoke(*asked, "--json").stdout)
+    assert set(told["figures"]) == set(usual["figures"])
+    assert told["figures"]["target"] == 0.06
+    assert told["figures"]["next_best"] is None
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,7 @@ def test_kml_shows_the_same(flown):
     space = {"k": "http://www.opengis.net/kml/2.2"}
     (told,) = root.findall("k:Document/k:description", space)
     assert told.text.startswith("Recommended: ")
-    assert told.text.endswith(" cm wanted")
+    assert told.text.endswith("Checked by propagation on a layout.")
     folders = root.findall(".//k:Folder", space)
     marks = {
         f.find("k:name", space).text: f.findall("k:Placemark", space) for f in folders

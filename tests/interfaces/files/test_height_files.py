@@ -19,7 +19,7 @@ ROWS, COLUMNS = np.mgrid[0:40, 0:50]
 GROUND = (500.0 + 2.0 * COLUMNS + 3.0 * ROWS).astype("float32")
 
 
-def write(path, cells=GROUND, *, nodata=None, keys=PLANE, east=EAST):
+def write(path, cells=GROUND, *, nodata=None, keys=PLANE, east=EAST, of_gdal=None):
     tags = TiffImagePlugin.ImageFileDirectory_v2()
     given = {
         33550: (12, (CELL, CELL, 0.0)),
@@ -28,6 +28,8 @@ def write(path, cells=GROUND, *, nodata=None, keys=PLANE, east=EAST):
     }
     if nodata is not None:
         given[42113] = (2, nodata)
+    if of_gdal is not None:
+        given[42112] = (2, f"<GDALMetadata>\n{of_gdal}\n</GDALMetadata>")
     for tag, (kind, value) in given.items():
         tags.tagtype[tag] = kind
         tags[tag] = value
@@ -50,6 +52,44 @@ def test_cells_lie_where_the_tags_say(tmp_path):
     as_points = (1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, 2)
     points = read_heights(write(tmp_path / "a.tif", keys=as_points), UTM)
     assert points.plane[0] == pytest.approx([EAST, NORTH + 4000])
+
+
+IN_FEET = (*PLANE[:3], PLANE[3] + 1, *PLANE[4:])
+ITEM = '<Item name="{0}" sample="0" role="{0}">{1}</Item>'
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"keys": (*IN_FEET, 4099, 0, 1, 9002)}, "heights are in the unit EPSG:9002"),
+        ({"keys": (*IN_FEET, 3076, 0, 1, 9003)}, "cells are in the unit EPSG:9003"),
+        ({"of_gdal": ITEM.format("scale", "0.1")}, "heights have the scale 0.1"),
+        ({"of_gdal": ITEM.format("unittype", "ft")}, "heights have the unittype ft"),
+    ],
+)
+def test_other_units_are_not_taken_for_metres(tmp_path, given, said):
+    with pytest.raises(EinschaltError, match=said):
+        read_heights(write(tmp_path / "a.tif", **given), UTM)
+
+
+def test_units_that_are_metres_are_read(tmp_path):
+    keys = (
+        *IN_FEET[:3],
+        PLANE[3] + 2,
+        *IN_FEET[4:],
+        3076,
+        0,
+        1,
+        9001,
+        4099,
+        0,
+        1,
+        9001,
+    )
+    items = ITEM.format("scale", "1") + ITEM.format("unittype", "m")
+    found = read_heights(write(tmp_path / "a.tif", keys=keys, of_gdal=items), UTM)
+    usual = read_heights(write(tmp_path / "b.tif"), UTM)
+    np.testing.assert_array_equal(found.height, usual.height)
 
 
 def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):

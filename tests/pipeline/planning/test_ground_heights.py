@@ -170,3 +170,16 @@ def test_turned_rasters_and_scattered_heights_span_triangles():
         inside = plane.mean(axis=0) + rng.uniform(-60.0, 60.0, (200, 2))
         expected = 300.0 + inside @ [0.3, -0.2]
         np.testing.assert_allclose(heights.straight_below(inside), expected)
+        assert np.isnan(heights._surface(inside + 1e4)).all()
+
+
+def test_triangles_of_a_turned_raster_have_no_four_places_on_a_circle():
+    """Which take Qhull many times as long: 38 s for 230 400 heights."""
+    places = np.round((grid(30, hills).plane - ORIGIN) @ [[0.8, -0.6], [0.6, 0.8]], 3)
+    heights = GroundHeights(places, places @ [0.3, -0.2], "points.csv")
+    mesh = heights._surface.__self__.mesh
+    corners = mesh.points[mesh.simplices]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    # right angles, as halves of squares have, would be circles of four
+    odd = np.sort(sides**2, axis=1) @ [1.0, 1.0, -1.0]
+    assert (np.abs(odd) > 1e-9 * sides.max() ** 2).all()

@@ -66,7 +66,7 @@ def search(asked: Asked) -> Answer:
         return Answer(
             *(f"{said}\n\n{found.summary()}", lambda: tables),
             *(lambda: _figure_of(found), scales),
-            headline=_headline(found.nearest, None, is_recommended=False),
+            headline=_headline_without_layout(found),
             problem=error,
             notes=notes_of(found.nearest["n_coverages"]),
         )
@@ -106,6 +106,13 @@ def headline_of(checked):
         "finer": checked.finer,
         "next_best": None if other is None else _of_checked(other),
     }
+
+
+def _headline_without_layout(found):
+    """Row of the nearest plan, none of which can be laid out."""
+    headline = _headline(found.nearest, None, is_recommended=False)
+    of_layout = {"expected_on_layout": None, "next_best": None, "finer": {}}
+    return headline | {"target": found.target} | of_layout
 
 
 def _of_checked(checked):

@@ -27,6 +27,14 @@ HEIGHTS = tables.Schema(
 CELL_SIZE, TIE_POINTS, MATRIX, GEO_KEYS, NODATA = 33550, 33922, 34264, 34735, 42113
 MODEL_TYPE, RASTER_TYPE, PROJECTED = 1024, 1025, 3072
 IN_DEGREES, PIXEL_IS_POINT, USER_DEFINED = 2, 2, 32767
+UNIT_OF_PLANE, UNIT_OF_HEIGHTS, METRE = 3076, 4099, 9001
+OF_GDAL = 42112
+GDAL_ITEM = re.compile(r'role="(scale|offset|unittype)"[^>]*>\s*([^<\s]+)')
+AS_THEY_ARE = {
+    "scale": {"1", "1.0"},
+    "offset": {"0", "0.0", "-0"},
+    "unittype": {"m", "metre", "meter", "metres", "meters"},
+}
 MOST_CELLS = 100_000_000
 SEPARATORS = re.compile(r"[;,\s]+")
 
@@ -114,6 +122,7 @@ def _of_tiff(file, crs):
     keys = keys[: len(keys) // 4 * 4].reshape(-1, 4)[1:]
     keys = {int(key): int(value) for key, place, _, value in keys if place == 0}
     _require_system(keys, crs, file.source)
+    _require_metres(keys, str(tags.get(OF_GDAL, "")), file.source)
     east, north, step_east, step_north = _corner(tags, file.source)
     shift = 0.0 if keys.get(RASTER_TYPE) == PIXEL_IS_POINT else 0.5
     rows, columns = cells.shape
@@ -186,6 +195,26 @@ def _corner(tags, source):
         raise _damaged("says not where it lies, or is turned", source)
     column, row, _, east, north, _ = ties
     return east - column * size[0], north + row * size[1], size[0], size[1]
+
+
+def _require_metres(keys, written_by_gdal, source):
+    """Refuse heights or cells in another unit, or numbers that want scaling."""
+    units = {name: keys.get(name, METRE) for name in (UNIT_OF_PLANE, UNIT_OF_HEIGHTS)}
+    found = None
+    if units[UNIT_OF_PLANE] not in (METRE, USER_DEFINED):
+        found = f"its cells are in the unit EPSG:{units[UNIT_OF_PLANE]}"
+    elif units[UNIT_OF_HEIGHTS] not in (METRE, USER_DEFINED):
+        found = f"its heights are in the unit EPSG:{units[UNIT_OF_HEIGHTS]}"
+    for name, value in GDAL_ITEM.findall(written_by_gdal):
+        if value.lower() not in AS_THEY_ARE[name]:
+            found = f"its heights have the {name} {value}"
+    if found is not None:
+        raise FileError(
+            found,
+            expected="metres as they stand",
+            remedy="Export it in metres, as QGIS does with the raster calculator",
+            file=source,
+        )
 
 
 def _require_system(keys, crs, source):

@@ -24,12 +24,8 @@ FLIGHTS = {"high_flight": HIGH, "low_flight": LOW}
 
 @in_english
 def _of_plan(plan):
-    checked = plan.checked
-    is_kept = "Recommended" if checked.is_kept else "Not recommended"
-    reached, target = (
-        f"{100.0 * one:.2f} cm" for one in (checked.reached, checked.target)
-    )
-    return f"{is_kept}: {reached} are expected (RMS, total), {target} wanted"
+    """What the plan comes to, as it is told on the command line."""
+    return plan.checked.outcome()
 
 
 def write_flight_plan_kml(plan, path):

@@ -95,7 +95,7 @@ class CheckedPlan(Result):
 
     def verdict(self):
         """Return which plan holds, the next best, and what does not hold."""
-        lines = [wrapped(self._verdict(), indent="  ")]
+        lines = [wrapped(self.outcome(), indent="  ")]
         lines.append(f"  {describe_heights(self.plan)}")
         if self.plan["n_coverages"] == 1:
             lines.append(wrapped(translated(ONE_COVERAGE), first="  ", indent="    "))
@@ -133,7 +133,8 @@ class CheckedPlan(Result):
             n = len(missed) - MOST_SAID
             yield translated("{n:more plan misses|more plans miss} the target.", n=n)
 
-    def _verdict(self):
+    def outcome(self) -> str:
+        """Say whether it is recommended, what it comes to, and where, in a sentence."""
         message = mark(
             "No plan is recommended. Checked by propagation on a layout: {reached} "
             "with {plan}. That is more than {target}."

@@ -198,22 +198,20 @@ class _Shown:
         self.steps = steps
         self.common, self.own, self.single = common**2, own**2, single**2
         self.shown = []  # places and ratios
+        self._columns = []  # covariances of all plans with each of these
         self._told = None  # what follows from them, asked for until there are more
 
     def learn(self, place, ratio):
         """Take what the plan at a place is, over its estimate."""
         self.shown.append((place, ratio))
+        away = np.abs(self.steps - self.steps[place]).sum(axis=1)
+        self._columns.append(self.common + self.own * np.exp(-away))
         self._told = None
 
-    def _covariances(self):
-        """Of all plans with those that were shown, (n, n_shown)."""
-        places = [place for place, _ in self.shown]
-        away = np.abs(self.steps[:, None] - self.steps[places]).sum(axis=2)
-        return self.common + self.own * np.exp(-away), places
-
     def _weights(self):
-        """Weights of what was shown for each plan, with the covariances."""
-        covariances, places = self._covariances()
+        """Weights of what was shown, and covariances with it, (n_plans, n_shown)."""
+        covariances = np.column_stack(self._columns)
+        places = [place for place, _ in self.shown]
         of_shown = covariances[places] + self.single * np.eye(len(places))
         return np.linalg.solve(of_shown, covariances.T).T, covariances
 

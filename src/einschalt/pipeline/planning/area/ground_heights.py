@@ -9,7 +9,10 @@ import numpy as np
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.typesetting import number
-from einschalt.pipeline.planning.area.height_lattice import HeightLattice
+from einschalt.pipeline.planning.area.height_lattice import (
+    HeightLattice,
+    HeightTriangles,
+)
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
@@ -234,9 +237,7 @@ class GroundHeights:
         along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
         if across <= FLATTEST * along:  # places in one line, or one, span no surface
             return None
-        from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415
-
-        return LinearNDInterpolator(plane, lowest)
+        return HeightTriangles.of(plane, lowest, self.spacing).at
 
     def _coarse_for(self, reach):
         """The same in cells of which some hundred lie in a reach."""

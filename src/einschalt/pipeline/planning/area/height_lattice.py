@@ -1,12 +1,17 @@
-"""Heights at the nodes of a lattice, as rasters have them: interpolated in its cells.
+"""Surfaces between heights: at the nodes of a lattice, as rasters have them, or not.
 
-A mesh of triangles over the places would take seconds, and tell no more.
+In a lattice they are interpolated in its cells: a mesh of triangles over the places
+would take seconds, and tell no more.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+SAME_ROW = 3  # decimals of metres, of rasters that were written as lists
+# of the distance to the next: so far places are shifted before triangles are spanned.
+# Four on a circle, as turned rasters have everywhere, take Qhull ten times as long
+SHIFT = 0.01
 SPARSEST = 0.25  # of the nodes have a height at least: else the places are scattered
 
 
@@ -24,6 +29,7 @@ class HeightLattice:
 
         None where they stand on none: in one line, scattered, or in turned rows.
         """
+        plane = np.round(plane, SAME_ROW)
         east, column = np.unique(plane[:, 0], return_inverse=True)
         north, row = np.unique(plane[:, 1], return_inverse=True)
         n_nodes = len(east) * len(north)
@@ -46,6 +52,35 @@ class HeightLattice:
                 node = self.height[row + k, column + i]
                 found += np.where(share == 0.0, 0.0, share * node)
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class HeightTriangles:
+    """Heights of scattered places, or of turned rows."""
+
+    plane: np.ndarray  # (n, 2) [m]
+    height: np.ndarray  # (n,) [m]
+    mesh: object  # scipy's Delaunay, of the places nearly
+
+    @classmethod
+    def of(cls, plane, height, spacing) -> "HeightTriangles":
+        """Span triangles between places (n, 2), ``spacing`` [m] apart."""
+        from scipy.spatial import Delaunay  # noqa: PLC0415 - loaded when asked for
+
+        shift = np.random.default_rng(0).uniform(-SHIFT, SHIFT, plane.shape)
+        return cls(plane, height, Delaunay(plane + spacing * shift))
+
+    def at(self, ground):
+        """Height at places (n, 2), on the plane of each triangle; NaN beside all."""
+        triangle = self.mesh.find_simplex(ground)
+        corner = self.mesh.simplices[triangle]
+        first, *others = np.moveaxis(self.plane[corner], 1, 0)
+        sides = np.stack([other - first for other in others], axis=2)
+        shares = np.linalg.solve(sides, (ground - first)[..., None])[..., 0]
+        heights = self.height[corner]
+        rises = heights[:, 1:] - heights[:, :1]
+        found = heights[:, 0] + (shares * rises).sum(axis=1)
+        return np.where(triangle >= 0, found, np.nan)
 
 
 def _between(ticks, values):

@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.advice.high_ground import remedy_above
 from einschalt.pipeline.planning.advice.points_in_models import (
     downwards,
 )
+from einschalt.pipeline.planning.advice.possible_layouts import fits_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
@@ -270,19 +271,13 @@ def _that_fit(area, search, frame):
     if n_models.min() > MOST_MODELS:
         require_size(area, design_of(plans.loc[n_models.idxmin()], frame))
     is_few = n_models <= MOST_MODELS
-    plans, problem = plans[is_few], None
-    fits = {}
-    for _, plan in plans.drop_duplicates(["scale_number", "spacing"]).iterrows():
-        key = plan["scale_number"], plan["spacing"]
-        try:
-            require_size(area, design_of(plan, frame))
-            fits[key] = True
-        except EinschaltError as error:
-            fits[key], problem = False, error
-    keys = zip(plans["scale_number"], plans["spacing"], strict=True)
-    is_fit = np.array([fits[key] for key in keys])
-    if not is_fit.any():
-        raise problem
+    plans = plans[is_few]
+    length, width = area.extent
+    extent = length, width, area.shape.area
+    names = ("scale_number", "spacing", "n_coverages")
+    is_fit = fits_in({n: plans[n].to_numpy() for n in names}, extent, search.model)
+    if not is_fit.any():  # the cheapest of them is refused, with what would do
+        require_size(area, design_of(plans.iloc[0], frame))
     fitting = replace(search, plans=plans[is_fit].reset_index(drop=True))
     return fitting, _notes_of_size(area, n_models, int((~is_fit).sum()))
 
