@@ -267,7 +267,9 @@ CAUSES = mark_each(
         ),
         "control_set_aside": (
             "The coordinates or the name of the control point are wrong, or another "
-            'point was measured; outliers is not "keep", so that it takes no part.'
+            'point was measured; outliers is not "keep", so that it takes no part. '
+            "Points that are off in one direction share an error, or other control "
+            "does."
         ),
         "control_that_contradicts": (
             "The coordinates or the name of the control point are wrong, or another "

@@ -74,7 +74,8 @@ TESTS = mark_each(
         ),
         "control_set_aside": (
             "The correction that the adjustment gives to each control point, against "
-            "its standard error."
+            "its standard error; of several points, whether they are off in one "
+            "direction, as independent errors are not."
         ),
         "control_that_contradicts": (
             "Each control point is predicted without itself; the difference is "
@@ -244,7 +245,7 @@ REMEDIES_OF = {
     "models_upside_down": ("turn_sign_of_x_or_y",),
     "lone_wrong_check_point": ("check_lone_point",),
     "control_against_block": ("check_control_or_snoop",),
-    "control_set_aside": ("check_control",),
+    "control_set_aside": ("check_control", "check_all_control"),
     "control_that_contradicts": ("check_worst_control",),
     "claim_that_does_not_stand": (
         "doubt_sizes_of_errors",

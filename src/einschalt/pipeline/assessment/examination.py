@@ -29,6 +29,10 @@ from einschalt.pipeline.assessment.evidence.claim import (
     UNTESTED,
     examine_claim,
 )
+from einschalt.pipeline.assessment.evidence.control.alike import (
+    may_hold_wrong_control,
+    set_aside_may_be_right,
+)
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
@@ -477,11 +481,8 @@ class SimultaneousExamination(Examination):
         found = self.deformation
         return found is not None and found.belief in FOR_TWO_STEPS
 
-    @property
-    def keeps_wrong_control(self):
-        """Whether control that contradicts all models takes part all the same."""
-        control = self.adjustment.control
-        return bool((control["is_suspect"] & ~control["is_set_aside"]).any())
+    set_aside_is_alike = cached_property(set_aside_may_be_right)
+    keeps_wrong_control = property(may_hold_wrong_control)
 
     @property
     def reliability(self):

@@ -97,7 +97,9 @@ def adjusted_with(**is_set_aside):
             "is_set_aside": [False, False, False],
         }
     ).assign(**is_set_aside)
-    return SimpleNamespace(adjustment=SimpleNamespace(control=control))
+    return SimpleNamespace(
+        adjustment=SimpleNamespace(control=control), set_aside_is_alike=False
+    )
 
 
 def test_kept_control_against_the_block_is_grave():
@@ -114,6 +116,17 @@ def test_control_that_was_set_aside_is_a_warning():
     found = judges.control_against_block(aside)
     assert found.code == "control_set_aside"
     assert found.gravity is Gravity.WARNING
+    assert found.remedy == "check_control"
+
+
+def test_control_that_was_set_aside_and_may_be_right_is_grave():
+    aside = adjusted_with(is_set_aside=[False, True, True])
+    aside.set_aside_is_alike = True
+    found = judges.control_against_block(aside)
+    assert found.code == "control_set_aside"
+    assert found.gravity is Gravity.GRAVE
+    assert found.remedy == "check_all_control"
+    assert found.facts["are_alike"]
 
 
 def test_control_that_fits_is_not_named():

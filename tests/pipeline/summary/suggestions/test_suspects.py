@@ -113,12 +113,32 @@ def test_control_against_the_block_is_named(n, verb):
 
 def test_control_that_was_set_aside_is_named():
     found = finding(
-        "control_set_aside", "check_control", names=("A",), n_points=1, largest=0.4
+        "control_set_aside",
+        "check_control",
+        names=("A",),
+        n_points=1,
+        largest=0.4,
+        are_alike=False,
     )
     assert str(suggestion_of(found)) == (
         "1 control point set aside for contradicting the block, by up to 40 cm: A. "
         "Check the coordinates and names."
     )
+
+
+def test_control_set_aside_in_one_direction_may_be_right():
+    found = finding(
+        "control_set_aside",
+        "check_all_control",
+        names=("A", "B"),
+        n_points=2,
+        largest=0.4,
+        are_alike=True,
+    )
+    said = suggestion_of(found)
+    assert "of the control around them" in said.remedy
+    (detail,) = said.details
+    assert "nothing measured tells which" in detail
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
     OBSERVATION,
     finding,
@@ -199,16 +200,25 @@ def control_against_block(adjusted):
     suspects = control[control["is_suspect"]].sort_values("p_value", kind="stable")
     if suspects.empty:
         return None
-    is_set_aside = bool(suspects["is_set_aside"].any())
     largest = _largest(suspects, "strain")
+    facts = {"n_points": len(suspects), "largest": largest}
+    told = {
+        "names": suspects["point_id"],
+        "statistic": "strain of a control point",
+        "observed": largest,
+        "probability": suspects["p_value"].iloc[0],
+    }
+    if not suspects["is_set_aside"].any():
+        remedy = "check_control_or_snoop"
+        return finding("control_against_block", remedy=remedy, facts=facts, **told)
+    are_alike = adjusted.set_aside_is_alike
     return finding(
-        "control_set_aside" if is_set_aside else "control_against_block",
-        names=suspects["point_id"],
-        statistic="strain of a control point",
-        observed=largest,
-        probability=suspects["p_value"].iloc[0],
-        remedy="check_control" if is_set_aside else "check_control_or_snoop",
-        facts={"n_points": len(suspects), "largest": largest},
+        "control_set_aside",
+        # if the others are wrong, so is the whole block
+        gravity=Gravity.GRAVE if are_alike else Gravity.WARNING,
+        remedy="check_all_control" if are_alike else "check_control",
+        facts=facts | {"are_alike": are_alike},
+        **told,
     )
 
 

@@ -22,6 +22,10 @@ REMEDIES = mark_each(
             "Check the first one and its measurements: a wrong one spoils the others"
         ),
         "check_control": "Check the coordinates and names",
+        "check_all_control": (
+            "Check the coordinates of these points and of the control around them, and "
+            "rely on check points until then"
+        ),
         "check_control_or_snoop": (
             'Check the coordinates and names, or set outliers = "snoop"'
         ),
@@ -41,6 +45,14 @@ AGAINST = mark(
     "{n_points:count control point contradicts|control points contradict} the block, "
     "by up to {largest:length}: {names:names of n_points}. If kept, they make the new "
     "points near them worse than stated"
+)
+SET_ASIDE = mark(
+    "{n_points:count control point} set aside for contradicting the block, by up to "
+    "{largest:length}: {names:names of n_points}"
+)
+ALIKE = mark(
+    "All of them are off in one direction, as if they shared an error, or as if the "
+    "control that is kept did: nothing measured tells which of the two is wrong."
 )
 MEASURED = mark(
     "m_g_um of the {flight} is given as {given}, but the measurements show {shown}"
@@ -76,6 +88,13 @@ def control_against_block(finding):
     return filled(AGAINST, finding)
 
 
+def control_set_aside(finding):
+    """Which control points, and whether they may be right."""
+    details = (translated(ALIKE),) if finding.facts["are_alike"] else ()
+    remedy = translated(REMEDIES[finding.remedy])
+    return Suggestion(filled(SET_ASIDE, finding), remedy, details)
+
+
 def wrong_measuring_errors(finding):
     """Both figures of each flight."""
     return two_figures(finding.facts["flights"], MEASURED)
@@ -108,10 +127,7 @@ WORDS = mark_each(
             "to {largest:length}, more than chance explains, worst first: "
             "{names:names of n_points}"
         ),
-        "control_set_aside": (
-            "{n_points:count control point} set aside for contradicting the block, by "
-            "up to {largest:length}: {names:names of n_points}"
-        ),
+        "control_set_aside": control_set_aside,
         "control_against_block": control_against_block,
         "wrong_measuring_errors": wrong_measuring_errors,
         "settings_that_scatter": settings_that_scatter,

@@ -1,0 +1,56 @@
+"""Control that was set aside and is off in one direction."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import binom
+
+from einschalt.pipeline.assessment.evidence.control.alike import (
+    SIGNIFICANCE,
+    are_set_aside_alike,
+)
+
+
+def control_off_by(vectors, *, is_set_aside=True):
+    east, north = np.asarray(vectors, dtype=float).T
+    return pd.DataFrame(
+        {
+            "strain_easting": east,
+            "strain_northing": north,
+            "is_set_aside": is_set_aside,
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("vectors", "is_alike"),
+    [
+        ([(1.0, 1.0)], False),  # one point has no direction in common with others
+        ([(-1.90, -0.69), (-1.89, -0.74)], True),
+        ([(1.0, 0.1), (-0.1, 1.0)], False),
+        # a block that bends moves its far end to the other side
+        ([(0.0, 0.6), (-0.2, 3.4), (-0.1, 0.7), (0.02, -0.35)], True),
+        # around east: the arc is not cut at 0
+        ([(1.0, 0.01), (1.0, -0.01)], True),
+    ],
+)
+def test_points_off_in_one_direction(vectors, is_alike):
+    assert are_set_aside_alike(control_off_by(vectors)) is is_alike
+
+
+def test_only_what_was_set_aside_counts():
+    vectors = [(1.0, 0.0), (1.0, 0.01), (1.0, 0.02)]
+    aside = [True, False, False]
+    assert not are_set_aside_alike(control_off_by(vectors, is_set_aside=aside))
+
+
+@pytest.mark.parametrize("n", [2, 3, 6])
+def test_independent_errors_are_seldom_alike(n):
+    rng = np.random.default_rng(15)
+    n_draws = 1000
+    found = sum(
+        are_set_aside_alike(control_off_by(rng.standard_normal((n, 2))))
+        for _ in range(n_draws)
+    )
+    assert found <= binom.ppf(0.9999, n_draws, SIGNIFICANCE)
+    assert found > 0
