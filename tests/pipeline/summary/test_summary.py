@@ -143,6 +143,7 @@ def test_every_cause_has_words(faulty_result):
             "exchanged_names",
             "other_targets",
             "kept_gross_measurements",
+            "models_in_another_unit",
             "measurements_given_twice",
             "lone_wrong_check_point",
             *OF_CONTROL,

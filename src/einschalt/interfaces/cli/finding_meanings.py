@@ -22,6 +22,10 @@ MEANINGS = mark_each(
         "measurements_given_twice": (
             "Models or photographs that are copies of others."
         ),
+        "models_in_another_unit": (
+            "Models of flights with y-parallaxes whose coordinates are larger or "
+            "smaller than those of the other models."
+        ),
         "models_larger_than_film": (
             "Flights whose models no photograph of their scale holds: wrong units."
         ),
@@ -217,6 +221,10 @@ CAUSES = mark_each(
         ),
         "measurements_given_twice": (
             "A table was read twice, or a coverage was copied instead of measured."
+        ),
+        "models_in_another_unit": (
+            "The model points of a model, or its y-parallaxes and base, were given in "
+            "another unit, such as feet or metres instead of millimetres."
         ),
         "models_larger_than_film": (
             "Control is not in metres, or scale_number is not that of the flight."

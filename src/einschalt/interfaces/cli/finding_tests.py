@@ -24,6 +24,10 @@ TESTS = mark_each(
             "Whether points of two models or photographs have identical coordinates "
             "to the last digit."
         ),
+        "models_in_another_unit": (
+            "The scale of each model on the ground against the median of its flight, "
+            "if three quarters of at least 4 models agree within a factor of 2.5."
+        ),
         "models_larger_than_film": (
             "The diameter of the median model on the ground, divided by scale_number, "
             "against the diagonal of the largest film."
@@ -227,6 +231,7 @@ REMEDIES_OF = {
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),
     "measurements_given_twice": ("take_copies_out",),
+    "models_in_another_unit": ("convert_these_models",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),
     "scale_numbers_contradicted": ("look_at_units_of_control", "correct_scale_number"),
     "stretched_models": ("look_at_units_of_each_axis",),

@@ -39,6 +39,10 @@ OF_BLOCK = {
 # and of the flight that the model belongs to
 OF_FLIGHT = {"wrong_measuring_errors", "high_flight_that_misfits"}
 
+# what a model whose corrections have another unit than its coordinates makes
+OF_UNITS = OF_POINTS | OF_BLOCK | OF_FLIGHT
+OF_UNITS |= {"corrections_that_spoil", "models_with_large_m_0", "contradicting_control"}
+
 # what copies make: sizes of errors, and tests that rest on them
 OF_COPIES = {
     "wrong_measuring_errors",
@@ -46,6 +50,10 @@ OF_COPIES = {
     "strained_network",
     "broken_network",
     "contradicting_control",
+}
+WHOLE_CAUSES = {
+    "models_in_another_unit": OF_UNITS,
+    "measurements_given_twice": OF_COPIES,
 }
 
 
@@ -55,7 +63,7 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     Where ``is_coupled``, every model reaches every point, as in one adjustment that
     keeps gross errors: consequences are then not bound to the points of the model.
     """
-    findings = _with_lone_point(_without_what_copies_make(findings))
+    findings = _with_lone_point(_with_whole_causes(findings))
     if not exchanges:
         return findings
     points = {point for exchange in exchanges for point in exchange.model_points}
@@ -81,14 +89,17 @@ def ranked_causes(findings) -> tuple[str, ...]:
     return tuple(sorted(causes, key=lambda code: -explained[code]))
 
 
-def _without_what_copies_make(findings):
-    cause = "measurements_given_twice"
-    if all(found.code != cause for found in findings):
-        return tuple(findings)
-    return tuple(
-        replace(found, explained_by=cause) if found.code in OF_COPIES else found
-        for found in findings
-    )
+def _with_whole_causes(findings):
+    """Mark what causes make that reach the whole block, the first of them first."""
+    for cause, consequences in WHOLE_CAUSES.items():
+        if any(found.code == cause for found in findings):
+            findings = [
+                replace(found, explained_by=cause)
+                if found.code in consequences and not found.explained_by
+                else found
+                for found in findings
+            ]
+    return tuple(findings)
 
 
 def _with_lone_point(findings):

@@ -12,6 +12,7 @@ TITLES = mark_each(
         "points_without_coordinates": "points without coordinates",
         "stretched_models": "stretched models",
         "scale_numbers_contradicted": "contradicted scale numbers",
+        "models_in_another_unit": "models in another unit",
         "models_larger_than_film": "models larger than film",
         "orientations_without_convergence": "orientations without convergence",
         "models_near_a_dangerous_surface": "models near a dangerous surface",

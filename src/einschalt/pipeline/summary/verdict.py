@@ -40,6 +40,7 @@ CAUSES = mark_each(
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
+        "models_in_another_unit": "convert the models in another unit first",
         "measurements_given_twice": "remove the measurements given twice first",
         **dict.fromkeys(
             ("control_that_contradicts", "control_against_block", "control_set_aside"),

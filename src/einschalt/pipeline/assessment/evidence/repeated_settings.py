@@ -1,10 +1,10 @@
 """m_g estimated from points that were set several times, beside the given m_g."""
 
-import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.assessment.evidence.ground.model_scales import scales_of_models
 from einschalt.pipeline.block.repeated_pointings import SPREAD
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -76,7 +76,7 @@ def _points_of(name, flight, models):
     if "n_settings" not in points:
         points = points.assign(n_settings=1.0)
     points = points[points[SPREAD].notna() & (points["n_settings"] > 1.0)]
-    scales = models[MODEL].assign(scale=_scales(models, flight))
+    scales = models[MODEL].assign(scale=scales_of_models(models, flight))
     points = points.merge(scales, on=MODEL)
     on_ground = points[SPREAD] * points["scale"]
     points = points.assign(spread_um=on_ground / flight.scale_number / METRES_PER_UM)
@@ -84,17 +84,3 @@ def _points_of(name, flight, models):
     redundancy = points["n_settings"] - 1.0
     p_value = _p_value(points["spread_um"], flight.m_g_um, redundancy)
     return points.assign(p_value=p_value)[POINT_COLUMNS]
-
-
-def _scales(models, flight):
-    """Metres on the ground of one unit of each model; NaN where it is not usable."""
-    if flight.transformation == "rigid":
-        scale = np.full(len(models), METRES_PER_UNIT[flight.model_unit])
-    elif flight.transformation == "affine":
-        a_1, a_2, b_1, b_2 = (models[name] for name in ("a1", "a2", "b1", "b2"))
-        scale = np.sqrt(np.abs(a_1 * b_2 - a_2 * b_1))
-    elif flight.transformation == "helmert":
-        scale = np.hypot(models["a"], models["b"])
-    else:
-        scale = models["scale"]
-    return np.where(models["is_usable"].to_numpy(dtype=bool), scale, np.nan)

@@ -12,6 +12,7 @@ KINDS = {
     "kept_gross_measurements": (MEASUREMENTS, GRAVE),
     "other_targets": (MEASUREMENTS, GRAVE),
     "measurements_given_twice": (MEASUREMENTS, GRAVE),
+    "models_in_another_unit": (MODELS, GRAVE),
     "models_larger_than_film": (FLIGHT, GRAVE),
     "scale_numbers_contradicted": (FLIGHT, GRAVE),
     "stretched_models": (BLOCK, GRAVE),

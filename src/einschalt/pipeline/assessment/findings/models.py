@@ -9,6 +9,9 @@ from einschalt.pipeline.assessment.evidence.ground.frame import (
     LARGEST_STRETCH,
     are_mirrored,
 )
+from einschalt.pipeline.assessment.evidence.ground.model_scales import (
+    find_models_in_another_unit,
+)
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
@@ -147,6 +150,25 @@ def models_larger_than_film(examined):
     )
 
 
+def models_in_another_unit(examined):
+    """Models of flights with y-parallaxes that have another scale than the others."""
+    found = find_models_in_another_unit(examined)
+    if found.empty:
+        return None
+    farthest = found["scale_ratio"].map(np.log).abs().sort_values(ascending=False)
+    found = found.loc[farthest.index]
+    ratio = float(found["scale_ratio"].iloc[0])
+    return finding(
+        "models_in_another_unit",
+        names=found["model_id"],
+        statistic="size of the coordinates of a model by that of its flight",
+        observed=ratio,
+        expected=1.0,
+        remedy="convert_these_models",
+        facts={**models_of(found), "ratio": ratio},
+    )
+
+
 def scale_numbers_contradicted(examined):
     """Flights whose photographs have another scale than their scale number."""
     frame = examined.frame
@@ -227,6 +249,7 @@ TWO_STEP = SIMULTANEOUS = (
     points_without_coordinates,
     models_with_large_m_0,
     mirrored_models,
+    models_in_another_unit,
     models_larger_than_film,
     scale_numbers_contradicted,
     stretched_models,

@@ -20,6 +20,7 @@ REMEDIES = mark_each(
             "Correct if the machine's axes are left-handed; otherwise exchange easting "
             "and northing"
         ),
+        "convert_these_models": "Convert them to the unit of the other models",
         "look_at_units_and_scale_number": (
             "Give control in metres, and scale_number as the denominator"
         ),
@@ -91,6 +92,12 @@ WORDS = mark_each(
             "One axis has another scale than the other: {n_models:count model} are "
             "stretched alike, by {per_cent:.3g} %, while film stretches by no more "
             "than {largest_per_cent:.1f} %"
+        ),
+        "models_in_another_unit": (
+            "{n_models:count model} with coordinates about {ratio:.2g} times as "
+            "large as those of the other models of the flight: "
+            "{models:models of n_models}. "
+            "y-parallaxes with their points and the base must have the same unit"
         ),
         "models_larger_than_film": (
             "The models of the {flight:flight} measure {diameter:length} on the "
