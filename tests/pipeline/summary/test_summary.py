@@ -144,6 +144,7 @@ def test_every_cause_has_words(faulty_result):
             "other_targets",
             "kept_gross_measurements",
             "models_in_another_unit",
+            "exchanged_image_names",
             "measurements_given_twice",
             "lone_wrong_check_point",
             *OF_CONTROL,

@@ -8,6 +8,9 @@ MEANINGS = mark_each(
         "exchanged_names": (
             "Pairs of points that were measured under each other's name."
         ),
+        "exchanged_image_names": (
+            "Two points of a photograph that were measured under each other's name."
+        ),
         "control_under_another_name": (
             "A control point lies far from where it is given, and a new point lies "
             "there."
@@ -208,6 +211,9 @@ CAUSES = mark_each(
     {
         "exchanged_names": (
             "Two points of a model were measured under each other's name."
+        ),
+        "exchanged_image_names": (
+            "Names were exchanged while the photograph was measured, or in its file."
         ),
         "control_under_another_name": (
             "The names of both points are exchanged in all measurements, or the list "

@@ -8,6 +8,12 @@ TESTS = mark_each(
             "Whether m_0 of a model that fits badly becomes usual when the names of "
             "two of its points are exchanged."
         ),
+        "exchanged_image_names": (
+            "Each model with a bad relative orientation is oriented again for every "
+            "pair of its points, exchanged in either photograph: sigma_0 must come "
+            "down to 3 times the median of the flight and to a fifth, in all models of "
+            "the photograph."
+        ),
         "control_under_another_name": (
             "Whether a new point lies where a control point is given that itself lies "
             "elsewhere."
@@ -227,6 +233,7 @@ TESTS = mark_each(
 # codes of remedies: of the summary, or of the table below
 REMEDIES_OF = {
     "exchanged_names": ("put_the_names_right", "compare_names_of_both_flights"),
+    "exchanged_image_names": ("put_the_names_right",),
     "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),

@@ -43,6 +43,21 @@ OF_FLIGHT = {"wrong_measuring_errors", "high_flight_that_misfits"}
 OF_UNITS = OF_POINTS | OF_BLOCK | OF_FLIGHT
 OF_UNITS |= {"corrections_that_spoil", "models_with_large_m_0", "contradicting_control"}
 
+# what two names exchanged in a photograph make, of its models and of the block
+OF_ORIENTATIONS = {
+    "orientations_without_convergence",
+    "orientations_with_large_sigma_0",
+    "ambiguous_orientations",
+}
+OF_IMAGES = OF_UNITS | {
+    "image_points_worse_than_given",
+    "heavy_tails_of_image_points",
+    "wrong_control_height",
+    "points_in_one_coverage",
+    "points_in_one_model",
+    "strained_network",
+}
+
 # what copies make: sizes of errors, and tests that rest on them
 OF_COPIES = {
     "wrong_measuring_errors",
@@ -63,6 +78,7 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     Where ``is_coupled``, every model reaches every point, as in one adjustment that
     keeps gross errors: consequences are then not bound to the points of the model.
     """
+    findings = _with_exchanged_image_names(findings)
     findings = _with_lone_point(_with_whole_causes(findings))
     if not exchanges:
         return findings
@@ -87,6 +103,48 @@ def ranked_causes(findings) -> tuple[str, ...]:
     explained = Counter(found.explained_by for found in findings if found.explained_by)
     causes = [found.code for found in findings if found.code in explained]
     return tuple(sorted(causes, key=lambda code: -explained[code]))
+
+
+def _with_exchanged_image_names(findings):
+    """Put what follows from names exchanged in photographs under these.
+
+    Where data snooping has taken the points out, only what is said of these.
+    """
+    code = "exchanged_image_names"
+    cause = next((found for found in findings if found.code == code), None)
+    if cause is None:
+        return findings
+    models = {
+        (each["flight"], model_id)
+        for each in cause.facts["exchanges"]
+        for _, model_id in each["models"]
+    }
+    reach = OF_IMAGES if cause.facts["takes_part"] else frozenset()
+    explained = tuple(
+        found.code
+        for found in findings
+        if found.code in reach or _is_of_orientations(found, models)
+    )
+    return tuple(
+        replace(found, facts={**found.facts, "explains": explained})
+        if found is cause
+        else replace(found, explained_by=code)
+        if found.code in explained and not found.explained_by
+        else found
+        for found in findings
+    )
+
+
+def _is_of_orientations(found, models):
+    """Whether a finding is about the orientations of these models only."""
+    if found.code == "failed_models":
+        return set(found.names) <= {model_id for _, model_id in models}
+    if found.code == "image_points_that_contradict":
+        named = {tuple(point[:2]) for point in found.facts["image_points"]}
+        return named <= models
+    if found.code in OF_ORIENTATIONS:
+        return set(found.facts["models"]) <= models
+    return False
 
 
 def _with_whole_causes(findings):

@@ -58,6 +58,9 @@ from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
+from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
+    find_exchanged_image_names,
+)
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -143,6 +146,7 @@ class Examination(PrecisionTables):
     copies = cached_property(find_copies)
     misfit = cached_property(high_flight_misfit)
     image_tails = cached_property(find_image_tails)
+    exchanged_image_names = cached_property(find_exchanged_image_names)
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)

@@ -5,6 +5,7 @@ from einschalt.foundations.language import mark_each, translated
 TITLES = mark_each(
     {
         "exchanged_names": "exchanged names",
+        "exchanged_image_names": "names exchanged in a photograph",
         "other_targets": "different targets in both flights",
         "kept_gross_measurements": "gross errors that take part",
         "measurements_given_twice": "measurements given twice",

@@ -37,6 +37,7 @@ BETTER = mark_each(
 CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
+        "exchanged_image_names": "correct the exchanged names first",
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",

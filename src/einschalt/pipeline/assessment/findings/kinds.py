@@ -8,6 +8,7 @@ NOTE, WARNING, GRAVE = Gravity
 # single wrong points before what they make of a block
 KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
+    "exchanged_image_names": (MEASUREMENTS, GRAVE),
     "control_under_another_name": (CONTROL, GRAVE),
     "kept_gross_measurements": (MEASUREMENTS, GRAVE),
     "other_targets": (MEASUREMENTS, GRAVE),

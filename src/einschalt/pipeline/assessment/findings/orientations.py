@@ -1,5 +1,7 @@
 """Relative orientations: convergence, dangerous surfaces, contradictions."""
 
+from dataclasses import asdict
+
 import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
@@ -8,8 +10,10 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     good_sigma_0,
     image_component,
 )
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
+    MOST_NAMED,
     finding,
     models_of,
     row_keys,
@@ -207,6 +211,35 @@ def models_upside_down(examined):
     return weak_models("models_upside_down", over, remedy="turn_sign_of_x_or_y")
 
 
+def exchanged_image_names(examined):
+    """Pairs of points measured under each other's name in a photograph."""
+    found = examined.exchanged_image_names
+    if not found:
+        return None
+    worst, takes_part = found[0], any(each.takes_part for each in found)
+    return finding(
+        "exchanged_image_names",
+        gravity=Gravity.GRAVE if takes_part else Gravity.WARNING,
+        names=worst.points,
+        statistic="sigma_0 of the model, as measured and with the names put right",
+        observed=worst.sigma_0 * METRES_PER_MM,
+        expected=worst.sigma_0_exchanged * METRES_PER_MM,
+        remedy="put_the_names_right",
+        facts={
+            "n_exchanges": len(found),
+            "exchanges": tuple(map(_facts_in_metres, found[:MOST_NAMED])),
+            "takes_part": takes_part,
+            "explains": (),
+        },
+    )
+
+
+def _facts_in_metres(exchange):
+    facts = asdict(exchange)
+    lengths = ("sigma_0", "sigma_0_exchanged")
+    return facts | {name: facts[name] * METRES_PER_MM for name in lengths}
+
+
 def image_points_that_contradict(examined):
     """Image points that contradict their pair."""
     rows = examined.orientation_residuals
@@ -229,6 +262,7 @@ def image_points_that_contradict(examined):
 
 
 FOR_BOTH = (
+    exchanged_image_names,
     orientations_without_convergence,
     models_near_a_dangerous_surface,
     image_points_that_contradict,

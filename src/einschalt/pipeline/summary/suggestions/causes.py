@@ -1,5 +1,7 @@
 """The words for causes: what explains other findings."""
 
+from math import isfinite
+
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length
@@ -43,6 +45,15 @@ EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
     "corrected its m_0 is {m_0_exchanged} instead of {m_0}"
 )
+IN_PHOTOGRAPH = mark(
+    "{one} and {other} in photograph {image} of the {flight}: with the names corrected "
+    "sigma_0 of model {model} is {after} instead of {before}"
+)
+IN_PHOTOGRAPH_OF_NO_MODEL = mark(
+    "{one} and {other} in photograph {image} of the {flight}: with the names corrected "
+    "sigma_0 of model {model} is {after}; as measured its relative orientation does "
+    "not converge"
+)
 EXPLAINED = mark(
     "{n:further finding|further findings} may follow from it: {findings}. Other faults "
     "may hide behind it until it is corrected."
@@ -60,6 +71,38 @@ def exchanged_names(finding):
         translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
         translated(REMEDIES[finding.remedy]),
         details=explained(finding.facts["explains"]),
+    )
+
+
+def exchanged_image_names(finding):
+    """Pairs of points under each other's name in a photograph."""
+    exchanges = finding.facts["exchanges"]
+    shown = [_in_photograph(exchange) for exchange in exchanges[:MOST_SHOWN]]
+    n_more = finding.facts["n_exchanges"] - len(shown)
+    if n_more > 0:
+        shown.append(translated("and {n:further pair|further pairs}", n=n_more))
+    return Suggestion(
+        translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
+        translated(REMEDIES[finding.remedy]),
+        details=explained(finding.facts["explains"]),
+    )
+
+
+def _in_photograph(facts):
+    one, other = (shortened(point) for point in facts["points"])
+    image, *others = (shortened(each) for each in facts["images"])
+    if others:  # nothing tells which of the two
+        image = translated("{image} or {other}", image=image, other=others[0])
+    is_known = isfinite(facts["sigma_0"])
+    return translated(
+        IN_PHOTOGRAPH if is_known else IN_PHOTOGRAPH_OF_NO_MODEL,
+        one=one,
+        other=other,
+        image=image,
+        flight=flight_name(facts["flight"]),
+        model=shortened(facts["models"][0][1]),
+        after=length(facts["sigma_0_exchanged"]),
+        before=length(facts["sigma_0"]),
     )
 
 
@@ -105,6 +148,7 @@ def explained(codes):
 
 
 WORDS = {
+    "exchanged_image_names": exchanged_image_names,
     "exchanged_names": exchanged_names,
     "kept_gross_measurements": kept_gross_measurements,
     "other_targets": other_targets,

@@ -1,0 +1,1 @@
+"""What photographs say of their measurements."""
