@@ -180,10 +180,10 @@ def _of_other_method(examined, *, is_asked_for):
 
 def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
-    # single measurements are named more surely than control, or targets
+    # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)
-    findings = with_wrong_control(examined, judges, findings)
-    return with_other_targets(examined, judges, findings)
+    findings = with_other_targets(examined, judges, findings)
+    return with_wrong_control(examined, judges, findings)
 
 
 @singledispatch

@@ -93,9 +93,18 @@ def with_wrong_control(examined, judges, findings):
         for found in findings
         if _may_follow(found) and found.code not in OF_CONTROL
     ]
-    wrong = _wrong_control(examined)
-    if not (causes and may_follow and wrong) or causes[0].explained_by:
+    if not (causes and may_follow) or causes[0].explained_by:
         return findings
+    explained, names = (), ()
+    for wrong in _wrong_control(examined):
+        gone = _gone_without_control(examined, judges, may_follow, wrong)
+        if len(gone) > len(explained):
+            explained, names = gone, wrong
+    return _under(causes[0], findings, explained, names) if explained else findings
+
+
+def _gone_without_control(examined, judges, codes, wrong):
+    """Codes of findings that are gone without some control points."""
     control = examined.block.control_points
     others = control[~control["point_id"].isin(wrong)]
     block = replace(examined.block, control_points=others)
@@ -103,9 +112,8 @@ def with_wrong_control(examined, judges, findings):
         again = _solved(examined, block, examined.settings)
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not determine the block
-        return findings
-    explained = tuple(code for code in may_follow if code not in remaining)
-    return _under(causes[0], findings, explained)
+        return ()
+    return tuple(code for code in codes if code not in remaining)
 
 
 def with_other_targets(examined, judges, findings):
@@ -131,11 +139,15 @@ def with_other_targets(examined, judges, findings):
     return _under(causes[0], findings, explained)
 
 
-def _under(cause, findings, explained):
-    """Findings, of which those of some codes follow from one of them."""
+def _under(cause, findings, explained, first=()):
+    """Findings, of which those of some codes follow from one of them.
+
+    ``first`` are the names that make them: of those of the cause they are told first.
+    """
     facts = {**cause.facts, "explains": explained}
+    names = tuple(sorted(cause.names, key=lambda name: name not in first))
     return tuple(
-        replace(cause, facts=facts)
+        replace(cause, facts=facts, names=names)
         if found is cause
         else replace(found, explained_by=cause.code)
         if found.code in explained and not found.explained_by
@@ -160,8 +172,12 @@ def _without_points(examined, targets):
         measured = block.flights[flight]
         if names and measured.is_oriented_numerically:
             return None
+        control = block.control_points
+        if flight == HIGH:  # which is control of this flight
+            control = control[~control["point_id"].isin(names)]
+        others = {flight: _without(measured, names), "control_points": control}
         try:
-            block = replace(block, **{flight: _without(measured, names)})
+            block = replace(block, **others)
         except EinschaltError:  # nothing is left of a model
             return None
         flights[flight] = _without(flights[flight], names)
@@ -178,13 +194,23 @@ def _without(measured, names):
 
 
 def _wrong_control(examined):
-    """Names of the control points that are wrong, each by itself; of small blocks."""
+    """What control may be wrong, each by itself: sets of names; of small blocks.
+
+    What patterns name; and the point that the others miss by most, since one that is
+    far off bends the models around it, and is in no pattern then.
+    """
     two_step = examined.two_step
     if not two_step.is_possible:
-        return frozenset()
+        return []
     if sum(map(len, two_step.model_points.values())) > MOST_TRIED:
-        return frozenset()
-    return examined.wrong_control
+        return []
+    found = [examined.wrong_control] if examined.wrong_control else []
+    left_out = two_step.control_left_out
+    missed = np.hypot(left_out["difference_easting"], left_out["difference_northing"])
+    if np.isfinite(missed).any():
+        worst = frozenset([left_out["point_id"].iloc[int(np.nanargmax(missed))]])
+        found += [worst] if worst not in found else []
+    return found
 
 
 def _may_follow(found):

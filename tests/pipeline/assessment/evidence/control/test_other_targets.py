@@ -52,16 +52,20 @@ def test_a_new_point_is_named_and_the_flight_left_open(
     assert "nothing tells which" in " ".join(result.summary().split())
 
 
-def test_given_coordinates_tell_which_flight_it_is(demo_block):
+@pytest.mark.parametrize("flight", ["low_flight", "high_flight"])
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_given_coordinates_tell_which_flight_it_is(demo_block, flight, method):
+    """Models of the high flight are drawn to given coordinates that they miss."""
     name = point_of(demo_block, "control")
-    block = with_another_target(demo_block, "low_flight", name)
-    result = densify(block)
+    block = with_another_target(demo_block, flight, name)
+    result = densify(block, block.settings.updated({"method": method}))
     first = result.assessment.findings[0]
     assert (first.code, first.names) == ("other_targets", (name,))
-    assert first.facts["flight"] == "low_flight"
-    assert "the low flight measured another target" in " ".join(
-        result.summary().split()
-    )
+    assert first.facts["flight"] == flight
+    assert first.observed == pytest.approx(1.0, abs=0.3)
+    words = f"the {flight.replace('_', ' ')} measured another target"
+    assert words in " ".join(result.summary().split())
+    assert result.assessment.causes == ("other_targets",)
     # neither the control point nor its neighbours are blamed
     alone = [f.code for f in result.assessment.findings if not f.explained_by]
     assert not {"control_that_contradicts", "control_points_beyond_claim"} & set(alone)

@@ -11,6 +11,7 @@ from einschalt.pipeline.assessment.evidence.ground.model_scales import (
     find_models_in_another_unit,
     scales_of_models,
 )
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
@@ -91,5 +92,6 @@ def test_a_model_in_another_unit_is_named_as_the_cause(factor):
     assert first.names == (name,)
     assert first.observed == pytest.approx(factor, rel=0.1)
     assert judged.causes == ("models_in_another_unit",)
-    assert {f.explained_by for f in others if f.gravity == "grave"} <= {first.code}
+    grave = [found for found in others if found.gravity is Gravity.GRAVE]
+    assert {found.explained_by for found in grave} == {first.code}
     assert not judged.claim_is_supported

@@ -60,12 +60,17 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     points = points[_are_of_one_target(two_step, table, points)]
     if len(points) > most:
         return ()
-    found = [_target(two_step, point) for point in points.itertuples()]
+    # what models of the high flight, without the point, miss it by
+    missed = _predictions(two_step.high.transformation.residuals)
+    missed = missed[missed["point_id"].isin(points.index)]
+    in_high_flight = missed.groupby("point_id")[PLAN].mean()
+    found = [_target(two_step, point, in_high_flight) for point in points.itertuples()]
+    found = [target for target in found if target is not None]
     return tuple(sorted(found, key=lambda target: -target.distance))
 
 
 def _predictions(residuals):
-    """What each model of the low flight, without the point, misses it by."""
+    """What each model of a flight, without the point, misses it by."""
     p_value = residuals["p_value"].to_numpy(dtype=float)
     table = residuals[["point_id", "leverage", *RESIDUALS]].assign(
         p_value=p_value, of_all=bonferroni(p_value)
@@ -93,24 +98,25 @@ def _are_of_one_target(two_step, table, points):
     return scatter <= MOST_SCATTER * distance
 
 
-def _target(two_step, point):
-    """A point as another target."""
+def _target(two_step, point, in_high_flight):
+    """A point as another target; None where its given coordinates are wrong instead."""
     approximations = two_step.approximations
     is_its = approximations["point_id"] == point.Index
     place = values_of(approximations[is_its], PLAN)[0]
-    missed = np.array([getattr(point, name) for name in PLAN])
+    in_low = place + [getattr(point, name) for name in PLAN]
     control = two_step.block.control_points
-    flight = _flight_of(control, point.Index, place, place + missed)
-    distance = float(np.hypot(*missed))
+    given = control.loc[control["point_id"] == point.Index, PLAN].to_numpy(dtype=float)
+    in_high, flight = place, ""
+    distance = float(np.hypot(*(in_high - in_low)))
+    if len(given):
+        # models that were fitted onto the point have been drawn to it
+        if point.Index in in_high_flight.index:
+            in_high = given[0] + in_high_flight.loc[point.Index, PLAN].to_numpy()
+        from_given = [float(np.hypot(*(at - given[0]))) for at in (in_high, in_low)]
+        flight = HIGH if from_given[0] > from_given[1] else LOW
+        if np.hypot(*(in_high - in_low)) <= MOST_SCATTER * min(from_given):
+            return None
+        distance = max(from_given)
     return OtherTarget(
         str(point.Index), distance, point.n_models, flight, point.smallest
     )
-
-
-def _flight_of(control, name, in_high, in_low):
-    """The flight that is farther from the given coordinates, if there are any."""
-    given = control.loc[control["point_id"] == name, PLAN].to_numpy(dtype=float)
-    if not len(given):
-        return ""
-    apart = [np.hypot(*(place - given[0])) for place in (in_high, in_low)]
-    return HIGH if apart[0] > apart[1] else LOW
