@@ -1,12 +1,21 @@
 """Differences at known points share what the propagation says that they share."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import einschalt as es
 from einschalt.pipeline.assessment.evidence import known_differences
-from einschalt.pipeline.assessment.evidence.known_differences import shared_differences
+from einschalt.pipeline.assessment.evidence.control.signatures import PLAN
+from einschalt.pipeline.assessment.evidence.known_differences import (
+    Densified,
+    covariance_of_differences,
+    shared_differences,
+)
 from einschalt.pipeline.assessment.findings import known_points as judges
+from einschalt.stages.error_propagation.given_points import errors_of_control
+from einschalt.theory.adjustment.point_operator import Axes
 
 # seven high-flight models, on which 20 control points and 8 check points hang
 GEOMETRY = es.BlockGeometry(
@@ -109,3 +118,24 @@ def test_points_of_another_solution_share_nothing_that_is_known(results):
 def test_single_points_share_nothing(results):
     examined = results[0].examination
     assert shared_differences(examined, examined.known_check.point_ids[:1]) is None
+
+
+def test_unknown_shifts_of_groups_are_told_by_errors_formed_once(monkeypatch):
+    """For heights they were formed once more, to ask for the shifts of groups."""
+    block = es.simulate_block("demo", seed=4)
+    control = block.control_points.assign(group="A")
+    formed = []
+
+    def counted(*given):
+        formed.append(given)
+        return errors_of_control(*given)
+
+    monkeypatch.setattr(known_differences, "errors_of_control", counted)
+    ids = control["point_id"].to_numpy(dtype=object)[:3]
+    nothing = Densified({}, {}, np.nan, is_group_error_known=False)
+    grouped = replace(block, control_points=control)
+    what = (ids, Axes.COMPLEX, PLAN, nothing)
+    # shifts of groups whose size nobody has stated: nothing is guessed
+    assert covariance_of_differences(grouped, *what) is None
+    assert covariance_of_differences(block, *what) is not None
+    assert len(formed) == 2

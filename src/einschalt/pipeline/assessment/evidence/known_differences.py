@@ -91,6 +91,8 @@ class Densified:
     chains: dict  # from each source to the points
     standard_errors: dict  # of each source, per coordinate [m]
     group_error: float  # shift that given points of a group share, TOTAL [m]
+    # whether it holds of these axes where no size was stated: it is estimated in plan
+    is_group_error_known: bool = True
 
 
 def covariance_of_differences(block, point_ids, axes, in_axes, densified):
@@ -113,13 +115,18 @@ def covariance_of_differences(block, point_ids, axes, in_axes, densified):
     Returns
     -------
     ndarray, shape (n_axes · n_points, n_axes · n_points)
-        All of one axis first [m²]. None where a point has no given coordinates.
+        All of one axis first [m²]. None where a point has no given coordinates, and
+        where shifts of groups have no known size.
     """
     names = encode(block.control_points["point_id"])
     places = names.locate(encode(point_ids))
     if places.min() < 0:
         return None
     given = errors_of_control(block, axes)
+    unknown = given.to_be_estimated
+    is_known = densified.is_group_error_known or unknown in densified.standard_errors
+    if unknown and not is_known:
+        return None
     given = given.picked(selection(places, len(block.control_points), axes))
     sizes = {**given.sizes, **densified.standard_errors}
     groups = GROUPS[CONTROL_POINTS]

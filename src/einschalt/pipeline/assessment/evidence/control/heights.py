@@ -24,7 +24,6 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
     Densified,
     covariance_of_differences,
 )
-from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
 from einschalt.theory.adjustment.point_operator import Axes, sums
 
@@ -79,12 +78,17 @@ def _check(examined, points):
         if not np.isfinite(factors).all():
             return None
         chains = _chains_of(errors, ids, factors)
-    block = examined.block
-    unknown = errors_of_control(block, Axes.SPACE).to_be_estimated
-    if unknown and unknown not in errors.standard_errors:
+    densified = Densified(
+        chains,
+        errors.standard_errors,
+        examined.group_error,
+        is_group_error_known=False,
+    )
+    covariance = covariance_of_differences(
+        examined.block, ids, Axes.SPACE, HEIGHT, densified
+    )
+    if covariance is None:
         return None
-    densified = Densified(chains, errors.standard_errors, examined.group_error)
-    covariance = covariance_of_differences(block, ids, Axes.SPACE, HEIGHT, densified)
     differences = rows["difference_height"].to_numpy(dtype=float)
     return _test(HEIGHT_OF_CHECK, differences, covariance)
 
