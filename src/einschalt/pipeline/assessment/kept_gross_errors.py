@@ -23,7 +23,10 @@ from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
-from einschalt.pipeline.assessment.findings.suspects import largest_residual
+from einschalt.pipeline.assessment.findings.suspects import (
+    largest_residual,
+    undecided_points,
+)
 from einschalt.pipeline.assessment.known_points import given_errors
 from einschalt.pipeline.densification.gross_errors import (
     HIGH,
@@ -79,7 +82,7 @@ def with_kept_gross_errors(examined, judges, findings):
         replace(found, explained_by=CODE) if found in explained else found
         for found in findings
     )
-    return in_order((*marked, _finding(gross, explained)))
+    return in_order((*marked, _finding(examined.two_step, gross, explained)))
 
 
 def with_wrong_control(examined, judges, findings):
@@ -297,7 +300,8 @@ def _in_silence(_stage):
     """Report nothing: the work is done."""
 
 
-def _finding(gross, explained):
+def _finding(two_step, gross, explained):
+    undecided = undecided_points(two_step, gross)
     largest = largest_residual(gross)
     return finding(
         "kept_gross_measurements",
@@ -310,6 +314,8 @@ def _finding(gross, explained):
             "n_observations": len(gross),
             "observations": row_keys(gross, OBSERVATION),
             "largest": largest,
+            "n_undecided": len(undecided),
+            "undecided": undecided,
             "explains": tuple(found.code for found in explained),
         },
     )

@@ -10,7 +10,7 @@ from einschalt.pipeline.settings import Settings
 MM = 1000.0
 
 
-def gross_of(block, n_measured):
+def gross_of(block, n_measured, outliers="snoop", code="gross_measurements"):
     """The finding, where one of so many measurements of a new point is 2 m off."""
     flight = block.high_flight
     points = flight.model_points.reset_index(drop=True).copy()
@@ -19,13 +19,21 @@ def gross_of(block, n_measured):
     row = points.index[is_new & (count == n_measured)][0]
     points.loc[row, "x"] += 2.0 * MM / flight.scale_number
     block = replace(block, high_flight=replace(flight, model_points=points))
-    result = densify(block, Settings(outliers="snoop"))
-    found = [f for f in result.assessment.findings if f.code == "gross_measurements"]
+    result = densify(block, Settings(outliers=outliers))
+    found = [f for f in result.assessment.findings if f.code == code]
     return points.loc[row, "point_id"], found[0], " ".join(result.summary().split())
 
 
 def test_of_two_nothing_tells_which(demo_block):
     name, found, summary = gross_of(demo_block, 2)
+    assert found.facts["n_observations"] == 2
+    assert found.facts["undecided"] == (name,)
+    assert f"nothing tells which of them is wrong: {name}." in summary
+
+
+def test_of_two_that_are_kept_nothing_tells_which(demo_block):
+    """Both were told to be gross errors."""
+    name, found, summary = gross_of(demo_block, 2, "keep", "kept_gross_measurements")
     assert found.facts["n_observations"] == 2
     assert found.facts["undecided"] == (name,)
     assert f"nothing tells which of them is wrong: {name}." in summary

@@ -58,7 +58,7 @@ def gross_measurements(two_step):
     if found.empty:
         return None
     observed = _observations(found, largest_residual(found))
-    undecided = _undecided(two_step, found)
+    undecided = undecided_points(two_step, found)
     observed["facts"] |= {"n_undecided": len(undecided), "undecided": undecided}
     return finding(
         "gross_measurements",
@@ -69,8 +69,8 @@ def gross_measurements(two_step):
     )
 
 
-def _undecided(two_step, found):
-    """Points of which several measurements contradict each other, and all are out."""
+def undecided_points(two_step, found):
+    """Points of which several measurements contradict each other, and all are found."""
     names = []
     for flight, rows in found.groupby("flight", sort=False):
         measured = two_step.model_points[flight]["point_id"].value_counts()

@@ -16,6 +16,11 @@ GROSS = mark(
     "with the other models of the flight and left in the computation, worst first "
     "(flight, coverage, model, point): {observations:observations of n_observations}"
 )
+UNDECIDED = mark(
+    "Of {n_undecided:count point} all measurements of a flight are among them: they "
+    "contradict each other, and nothing tells which of them is wrong: "
+    "{undecided:names of n_undecided}."
+)
 REMEDIES = mark_each(
     {
         "put_the_names_right": "Correct the names and compute again",
@@ -108,10 +113,13 @@ def _in_photograph(facts):
 
 def kept_gross_measurements(finding):
     """Gross errors that take part, and what is gone without them."""
+    open_ones = ()
+    if finding.facts["n_undecided"]:
+        open_ones = (filled(UNDECIDED, finding),)
     return Suggestion(
         filled(GROSS, finding),
         translated(suspects.REMEDIES[finding.remedy]),
-        details=explained(finding.facts["explains"]),
+        details=(*open_ones, *explained(finding.facts["explains"])),
     )
 
 
