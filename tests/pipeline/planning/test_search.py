@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.recommended import search_over
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import (
     CheckedPlan,
@@ -460,3 +463,13 @@ def test_nonsense_of_what_is_at_hand_is_refused(change):
     # no name of a class before it
     with pytest.raises(SettingsError, match=f"^{name} = "):
         PlanFrame(**change)
+
+
+@pytest.mark.parametrize("overlap", [{"forward_overlap": 0.4}, {"side_overlap": 0.95}])
+def test_overlaps_that_no_layout_has_are_refused_by_every_search(overlap):
+    ((name, value),) = overlap.items()
+    with pytest.raises(SettingsError, match=f"{name} = {value}; expected 0"):
+        find_plans(0.05, CHOICES, PlanFrame(**overlap))
+    area = FlightArea(shapely.box(0.0, 0.0, 3000.0, 3000.0))
+    with pytest.raises(SettingsError, match=f"{name} = {value}; expected 0"):
+        search_over(0.05, area, CHOICES, PlanFrame(**overlap))

@@ -154,7 +154,7 @@ def tables():
             "divided by the target: with the points that it was checked with (for "
             "comparison: it was recommended because this is at most 1), and with other "
             f"points, which judge it (bound {WITH_OTHER_POINTS}; over areas control "
-            "stays where the plan has it). Nothing is "
+            "stays where the plan has it, and no point is left out). Nothing is "
             "recommended where no plan keeps the target; refused are requests that no "
             "plan fits (bound 0).",
             (

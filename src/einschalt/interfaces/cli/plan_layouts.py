@@ -21,7 +21,7 @@ from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.arguments import RANGES, checked_number
-from einschalt.pipeline.planning.check import check_plans, require_overlaps
+from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import (
@@ -48,7 +48,6 @@ PRICES = mark_each(
 def search(asked: Asked) -> Answer:
     """Answer with the plan that keeps a precision on its own layout."""
     frame = frame_of(asked)
-    require_overlaps(frame)
     found = find_plans(
         *(asked["target"], choices_of(asked), frame),
         where=asked["where"],

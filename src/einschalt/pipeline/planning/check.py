@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.told_errors import told
@@ -35,7 +35,6 @@ from einschalt.pipeline.planning.text import (
     missed_in_cm,
 )
 from einschalt.pipeline.planning.trials import Trials
-from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 
@@ -195,7 +194,6 @@ def check_plans(
     which values between those of the search are tried as well, about the cheapest that
     is kept: those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
-    require_overlaps(frame)
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
         require_choice("refine", name, tuple(REFINED))
@@ -219,14 +217,6 @@ def check_plans(
         best = tries.best()
     finer = finer_choices(search.plans, best.plan) if best.is_kept else {}
     return replace(best, search=search, finer=finer)
-
-
-def require_overlaps(frame):
-    """Refuse overlaps that no layout can have, before one is tried."""
-    for name in ("forward_overlap", "side_overlap"):
-        value, allowed = getattr(frame, name), BLOCK_RANGES[name]
-        if value not in allowed:
-            raise SettingsError(f"{name} = {value:g}", expected=str(allowed))
 
 
 def _between(tries, best, frame, refine):

@@ -25,7 +25,7 @@ from einschalt.pipeline.planning.advice.points_in_models import (
 from einschalt.pipeline.planning.advice.possible_layouts import (
     fits_in,
     of_possible_scales,
-    require_possible_scales,
+    require_possible,
 )
 from einschalt.pipeline.planning.arguments import (
     RANGES,
@@ -226,7 +226,7 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     # edges are looked at as the geometry has them; the paper's M takes its own rule
     model = flown_model(frame)
     does = partial(_is_planned, choices, frame, model)
-    given = require_possible_scales(_combine(choices), frame.extent)
+    given = require_possible(_combine(choices), frame)
     columns = _estimated(given, frame, model, where, does)
     columns["reached"] = columns[f"reached_{by}"]
     columns["is_feasible"] = columns["reached"] <= target

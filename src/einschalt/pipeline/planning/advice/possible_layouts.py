@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.planning.area.layout import (
     MOST_MODELS,
     largest_scale,
@@ -26,9 +26,16 @@ def of_possible_scales(given, extent):
     return {name: values[is_possible] for name, values in given.items()}
 
 
-def require_possible_scales(given, extent):
-    """Do the same; GeometryError where none is left."""
-    possible = of_possible_scales(given, extent)
+def require_possible(given, frame):
+    """Give the combinations that a layout can have, with the overlaps of a frame.
+
+    SettingsError where it can have none with these, GeometryError where none is left.
+    """
+    for name in ("forward_overlap", "side_overlap"):
+        value, allowed = getattr(frame, name), RANGES[name]
+        if value not in allowed:
+            raise SettingsError(f"{name} = {value:g}", expected=str(allowed))
+    possible = of_possible_scales(given, frame.extent)
     if not len(possible["scale_number"]):
         low = given["scale_number"]
         high = low * given["high_over_low"]

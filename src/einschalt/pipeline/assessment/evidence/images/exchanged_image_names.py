@@ -131,7 +131,7 @@ def _tried(rows, residuals, key, *, is_bad):
     """
     if is_bad and len(rows) <= MOST_POINTS:
         return rows["point_id"].to_numpy(dtype=object)
-    own = residuals[[one == key for one in _keys(residuals)]]
+    own = residuals[_is_of(residuals, key)]
     if "p_value" not in own:
         return rows["point_id"].to_numpy(dtype=object)[:0]
     own = own if is_bad else own[own["is_suspect"].astype(bool)]
@@ -167,7 +167,7 @@ class _Photographs:
     def pairs_of(self, key, points=None):
         """Image coordinates of a model: point_id and COORDINATES [mm]."""
         points = self.points if points is None else points
-        is_it = [one == key for one in _keys(self.models)]
+        is_it = _is_of(self.models, key)
         return image_pairs(points, self.models[is_it]).reset_index(drop=True)
 
     def sigma_0(self, parts):
@@ -197,7 +197,7 @@ class _Photographs:
 
     def mended_in(self, key, pair, limit):
         """Photographs of a model in which the exchange mends all models of both."""
-        is_it = [one == key for one in _keys(self.models)]
+        is_it = _is_of(self.models, key)
         images = tuple(self.models.loc[is_it, list(SIDES)].iloc[0])
         neighbours = self.models_that_hold(images, pair)
         mended = []
@@ -216,6 +216,14 @@ class _Photographs:
         is_its = (self.points["image_id"] == image) & names.isin(pair)
         exchanged = names.where(~is_its, names.map({one: other, other: one}))
         return self.points.assign(point_id=exchanged)
+
+
+def _is_of(rows, key):
+    """Which rows are of the model with a key."""
+    of_each = (
+        rows[name].astype(str) == part for name, part in zip(MODEL, key, strict=True)
+    )
+    return np.logical_and.reduce(list(of_each))
 
 
 def _keys(rows):
