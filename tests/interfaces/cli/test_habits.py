@@ -11,8 +11,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+import einschalt as es
 from einschalt.interfaces.cli import lengths
 from einschalt.interfaces.cli.main import COMMANDS, app
+from einschalt.interfaces.cli.plan_values import costs_of
 from einschalt.interfaces.files.glossary import entries
 
 KEYS = ["command", "status", "problems", "paths", "figures"]
@@ -117,6 +119,12 @@ def test_a_wrong_call_is_an_object_too(name, invoke):
 def test_what_is_printed_is_in_the_object(words, invoke):
     figures = said(invoke(*words, "--json"))["figures"]
     assert "point_id" in figures.get("columns", "") or "complete" in figures["script"]
+
+
+def test_prices_that_plan_takes_by_default_are_the_usual_ones():
+    plan = typer.main.get_command(app).get_command(None, "plan")
+    (costs,) = (one for one in plan.params if one.name == "costs")
+    assert costs_of(costs.default) == es.PlanCosts()
 
 
 def test_headline_figures(invoke, block_folder, tmp_path):

@@ -1,7 +1,7 @@
 """From the wanted precision to the cheapest flight."""
 
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -473,3 +473,29 @@ def test_overlaps_that_no_layout_has_are_refused_by_every_search(overlap):
     area = FlightArea(shapely.box(0.0, 0.0, 3000.0, 3000.0))
     with pytest.raises(SettingsError, match=f"{name} = {value}; expected 0"):
         search_over(0.05, area, CHOICES, PlanFrame(**overlap))
+
+
+def test_every_price_counts(found):
+    """A price that no formula knows would be taken, and change nothing."""
+    usual = found.plans["cost"]
+    for field in fields(PlanCosts):
+        price = getattr(PlanCosts(), field.name)
+        dearer = PlanFrame(costs=PlanCosts(**{field.name: 2.0 * price}))
+        changed = find_plans(0.05, CHOICES, dearer).plans["cost"]
+        assert (changed.sort_index() > usual.sort_index()).all(), field.name
+
+
+@pytest.mark.parametrize("camera", [*CAMERAS.values()], ids=[*CAMERAS])
+def test_a_pixel_on_the_ground_is_that_of_the_image_at_its_scale(camera):
+    frame = PlanFrame(
+        image_format=camera.image_format,
+        principal_distance=camera.principal_distance,
+        sampled_um=camera.sampled_um,
+    )
+    choices = PlanChoices(
+        scale_number=camera.scale_numbers, spacing=camera.spacings[:1], m_g_um=(2.0,)
+    )
+    plans = find_plans(0.5, choices, frame).plans
+    for name in ("", "high_"):
+        expected = 1e-6 * camera.sampled_um * plans[f"{name}scale_number"]
+        np.testing.assert_allclose(plans[f"{name}gsd"], expected)

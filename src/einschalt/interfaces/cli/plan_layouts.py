@@ -326,8 +326,8 @@ def _asked_design(design):
 def _design_of(asked):
     preset, model = asked.flight.preset, asked.flight.model
     return FlightDesign(
-        scale_number=asked.only("scale_number", preset.scale_numbers[1:2]),
-        spacing=asked.only("spacing", preset.spacings[1:2]),
+        scale_number=asked.only("scale_number", (preset.usual_scale_number,)),
+        spacing=asked.only("spacing", (preset.usual_spacing,)),
         m_g_um=asked.only("m_g_um", preset.m_g_um[:1]),
         kind=model.kind,
         image_format=model.image_format,

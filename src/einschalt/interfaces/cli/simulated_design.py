@@ -77,8 +77,8 @@ def _of_camera(options):
     flight = flight_of({**options, "kind": kind, "edge": "kovarik"})
     preset, model = flight.preset, flight.model
     usual = {
-        "low_scale_number": preset.scale_numbers[1],
-        "point_spacing": preset.spacings[1],
+        "low_scale_number": preset.usual_scale_number,
+        "point_spacing": preset.usual_spacing,
         "low_m_g_um": preset.m_g_um[0],
     }
     given = usual | _given(options, (*GEOMETRY, *NOISE))

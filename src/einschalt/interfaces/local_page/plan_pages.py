@@ -75,7 +75,7 @@ def sliders_of(camera):
     return [
         Slider(
             *("scale_number", mark("Scale of the low flight, 1:"), ""),
-            *(low * min(scales), high * max(scales), step, scales[1]),
+            *(low * min(scales), high * max(scales), step, preset.usual_scale_number),
         ),
         Slider(
             *("high_over_low", mark("High flight, times that scale"), ""),
@@ -87,7 +87,7 @@ def sliders_of(camera):
                 low * min(spacings),
                 high * max(spacings),
                 min(spacings) / 20,
-                spacings[1],
+                preset.usual_spacing,
             ),
         ),
         Slider(

@@ -34,19 +34,35 @@ class CameraPreset:
     side_overlap: float = 0.30
     # usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
     # else what a high flight of the same camera gives [m]
-    m_0: tuple[float, ...] = FILM_M_0
+    m_0: tuple[float, ...]
     # usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
     # Kovarik 1971, for digital images 0.3 pixels in each coordinate
-    m_g_um: tuple[float, ...] = FILM_M_G_UM
-    # scale_numbers, spacings: of the table that is made where none are asked for;
-    # spacings in metres
-    scale_numbers: tuple[float, ...] = FILM_SCALES
-    spacings: tuple[float, ...] = FILM_SPACINGS
+    m_g_um: tuple[float, ...]
+    # of the table that is made where none are asked for, the largest scale and the
+    # closest points first; spacings in metres
+    scale_numbers: tuple[float, ...]
+    spacings: tuple[float, ...]
+
+    @property
+    def usual_scale_number(self) -> float:
+        """Of the low flight where one is wanted: the second, neither bold nor dear."""
+        return self.scale_numbers[min(1, len(self.scale_numbers) - 1)]
+
+    @property
+    def usual_spacing(self) -> float:
+        """Distance of points where one is wanted, the second [m]."""
+        return self.spacings[min(1, len(self.spacings) - 1)]
 
 
 def _film(title, principal_distance):
     return CameraPreset(
-        title=title, image_format=(0.23, 0.23), principal_distance=principal_distance
+        title=title,
+        image_format=(0.23, 0.23),
+        principal_distance=principal_distance,
+        m_0=FILM_M_0,
+        m_g_um=FILM_M_G_UM,
+        scale_numbers=FILM_SCALES,
+        spacings=FILM_SPACINGS,
     )
 
 
@@ -67,6 +83,7 @@ def _digital(title, pixels, pixel_um, principal_distance, **usual):
 LARGE_FORMAT = {
     "m_0": (0.05, 0.10),
     "scale_numbers": (15_000.0, 20_000.0, 25_000.0, 30_000.0),
+    "spacings": FILM_SPACINGS,
 }
 OPEN_CATEGORY = 120.0
 """Metres above ground: EU Regulation 2019/947, UAS.OPEN.010; other states are alike."""
