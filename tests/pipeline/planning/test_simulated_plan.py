@@ -12,8 +12,10 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import FLIGHTS, lay_out
+from einschalt.pipeline.planning.area.recommended import plan_area, search_over
 from einschalt.pipeline.planning.area.simulated_plan import (
     PlannedBlock,
+    another_row,
     camera_of,
     planned_block,
     simulate_plan,
@@ -149,6 +151,29 @@ def test_cameras_stand_at_their_altitudes(planned):
     assert 0.05 < fit.models["m_0"].median() < 0.20
     heights = images.truth["height"]
     assert np.ptp(heights) == pytest.approx(0.03 * np.ptp(RING[:, 0]), rel=0.1)
+
+
+def test_the_row_of_a_plan_has_its_control_where_points_are_thinned():
+    """Laid out anew with all points, it had other control than the plan tells."""
+    camera = CAMERAS["uav_one_inch"]
+    frame = PlanFrame(
+        image_format=camera.image_format,
+        principal_distance=camera.principal_distance,
+        forward_overlap=camera.forward_overlap,
+        side_overlap=camera.side_overlap,
+    )
+    choices = PlanChoices(scale_number=(10_000,), spacing=(10,), m_g_um=camera.m_g_um)
+    area = FlightArea(shapely.box(*CORNER, *(CORNER + 600.0)))
+    found, frame = search_over(0.05, area, choices, frame)
+    plan = plan_area(area, found, frame)
+    planned = planned_block(plan)
+    assert planned.design.layout_spacing > 1.2 * planned.design.spacing
+    again = another_row(planned, plan.checked.plan, frame)
+    assert again.expected == pytest.approx(planned.expected, rel=1e-12)
+    one, other = (
+        flown.position[flown.is_control] for flown in (planned.flown, again.flown)
+    )
+    np.testing.assert_array_equal(one, other)
 
 
 def test_all_kinds_of_plans_are_simulated():

@@ -288,8 +288,11 @@ def another_row(planned, row, frame) -> PlannedBlock:
         return planned_block(row, frame)
     _check_row(row)
     ground = OverGround(planned.heights, planned.max_height, planned.follows)
-    expected = propagate(laid_out(area, row, frame, ground).layout).mean
-    design = design_over(area, design_of(row, frame), np.inf)
+    found = laid_out(area, row, frame, ground)
+    design = found.layout.design  # whose layout, thinned or not, has the control
+    if found.is_part:
+        design = design_over(area, design_of(row, frame), np.inf)
+    expected = propagate(found.layout).mean
     return replace(planned, design=design, expected=expected)
 
 
