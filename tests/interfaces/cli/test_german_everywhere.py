@@ -31,7 +31,7 @@ DATA = re.compile(
 # of blocks, axes, settings, commands and systems
 NAMES = set(
     words_of(
-        "csv txt tsv parquet pq xlsx ods gpkg shp geojson svg dm μm zone opencv "
+        "csv txt tsv parquet pq xlsx ods gpkg shp geojson svg dm μm ft zone opencv "
         "metashape problem model note run keep fail skip plan simulate completion "
         "publish orient simulated Point sound column comma two crs TOWN OLD step many "
         "Northng Austria Lambert Albania Germany LCC Portugal affine easting northing "
