@@ -64,6 +64,7 @@ ITEM = '<Item name="{0}" sample="0" role="{0}">{1}</Item>'
         ({"keys": (*IN_FEET, 4099, 0, 1, 9002)}, "heights are in the unit EPSG:9002"),
         ({"keys": (*IN_FEET, 3076, 0, 1, 9003)}, "cells are in the unit EPSG:9003"),
         ({"of_gdal": ITEM.format("scale", "0.1")}, "heights have the scale 0.1"),
+        ({"of_gdal": ITEM.format("offset", "none")}, "heights have the offset none"),
         ({"of_gdal": ITEM.format("unittype", "ft")}, "heights have the unittype ft"),
     ],
 )
@@ -86,7 +87,8 @@ def test_units_that_are_metres_are_read(tmp_path):
         1,
         9001,
     )
-    items = ITEM.format("scale", "1") + ITEM.format("unittype", "m")
+    given = {"scale": "1.000", "offset": "-0.0", "unittype": "Metre"}
+    items = "".join(ITEM.format(*item) for item in given.items())
     found = read_heights(write(tmp_path / "a.tif", keys=keys, of_gdal=items), UTM)
     usual = read_heights(write(tmp_path / "b.tif"), UTM)
     np.testing.assert_array_equal(found.height, usual.height)

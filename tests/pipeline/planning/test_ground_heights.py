@@ -8,6 +8,7 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area import ground_heights
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.area.height_lattice import SHIFT
 
 ORIGIN = np.array([4e5, 5.3e6])
 CELL = 10.0
@@ -171,6 +172,28 @@ def test_turned_rasters_and_scattered_heights_span_triangles():
         expected = 300.0 + inside @ [0.3, -0.2]
         np.testing.assert_allclose(heights.straight_below(inside), expected)
         assert np.isnan(heights._surface(inside + 1e4)).all()
+
+
+@pytest.mark.parametrize("rounded", [3, 12])
+def test_heights_at_the_border_of_a_turned_raster_are_those_of_its_corners(rounded):
+    """Its corners lie in one line there, of the shifted places nearly."""
+    side, turn = 12, np.array([[0.8, -0.6], [0.6, 0.8]])
+    places = np.round((grid(side, hills).plane - ORIGIN) @ turn, rounded)
+    rng = np.random.default_rng(6)
+    heights = GroundHeights(places, rng.uniform(300.0, 500.0, len(places)), "points")
+    along = np.linspace(places[0], places[side - 1], 500)
+    beside = along + rng.uniform(-0.3, 0.3, along.shape)
+    for ground in (along, beside):
+        found = heights.lowest_at(ground)
+        assert 200.0 < found.min() < found.max() < 600.0
+    # on a slope, at the border no farther off than it rises over the shift
+    slope = np.array([0.3, -0.2])
+    tilted = GroundHeights(places, places @ slope, "points")
+    off = np.abs(tilted._surface(places - places.min(axis=0)) - places @ slope)
+    off = off.reshape(side, side)
+    assert off[1:-1, 1:-1].max() < 1e-9
+    assert np.isnan(off).sum() < 4 * side
+    assert np.nanmax(off) <= 2.0**0.5 * SHIFT * CELL * np.linalg.norm(slope)
 
 
 def test_triangles_of_a_turned_raster_have_no_four_places_on_a_circle():

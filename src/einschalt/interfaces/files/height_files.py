@@ -30,11 +30,8 @@ IN_DEGREES, PIXEL_IS_POINT, USER_DEFINED = 2, 2, 32767
 UNIT_OF_PLANE, UNIT_OF_HEIGHTS, METRE = 3076, 4099, 9001
 OF_GDAL = 42112
 GDAL_ITEM = re.compile(r'role="(scale|offset|unittype)"[^>]*>\s*([^<\s]+)')
-AS_THEY_ARE = {
-    "scale": {"1", "1.0"},
-    "offset": {"0", "0.0", "-0"},
-    "unittype": {"m", "metre", "meter", "metres", "meters"},
-}
+AS_THEY_ARE = {"scale": 1.0, "offset": 0.0}
+METRES = {"m", "metre", "meter", "metres", "meters"}
 MOST_CELLS = 100_000_000
 SEPARATORS = re.compile(r"[;,\s]+")
 
@@ -206,7 +203,7 @@ def _require_metres(keys, written_by_gdal, source):
     elif units[UNIT_OF_HEIGHTS] not in (METRE, USER_DEFINED):
         found = f"its heights are in the unit EPSG:{units[UNIT_OF_HEIGHTS]}"
     for name, value in GDAL_ITEM.findall(written_by_gdal):
-        if value.lower() not in AS_THEY_ARE[name]:
+        if not _is_as_it_stands(name, value):
             found = f"its heights have the {name} {value}"
     if found is not None:
         raise FileError(
@@ -215,6 +212,16 @@ def _require_metres(keys, written_by_gdal, source):
             remedy="Export it in metres, as QGIS does with the raster calculator",
             file=source,
         )
+
+
+def _is_as_it_stands(name, value):
+    """Whether an item that GDAL wrote leaves heights in metres as they are."""
+    if name == "unittype":
+        return value.lower() in METRES
+    try:
+        return float(value) == AS_THEY_ARE[name]
+    except ValueError:
+        return False
 
 
 def _require_system(keys, crs, source):

@@ -12,6 +12,8 @@ SAME_ROW = 3  # decimals of metres, of rasters that were written as lists
 # of the distance to the next: so far places are shifted before triangles are spanned.
 # Four on a circle, as turned rasters have everywhere, take Qhull ten times as long
 SHIFT = 0.01
+BEYOND = 0.5  # of its range a height lies at most, where a place is just outside
+FLAT = 1e-6  # sine of an angle of a triangle without an extent
 SPARSEST = 0.25  # of the nodes have a height at least: else the places are scattered
 
 
@@ -71,16 +73,42 @@ class HeightTriangles:
         return cls(plane, height, Delaunay(plane + spacing * shift))
 
     def at(self, ground):
-        """Height at places (n, 2), on the plane of each triangle; NaN beside all."""
+        """Height at places (n, 2) [m], on the plane of each triangle; NaN beside all.
+
+        Hardly beyond the heights of its corners: at the border, triangles of shifted
+        places may have corners in one line.
+        """
         triangle = self.mesh.find_simplex(ground)
-        corner = self.mesh.simplices[triangle]
-        first, *others = np.moveaxis(self.plane[corner], 1, 0)
-        sides = np.stack([other - first for other in others], axis=2)
-        shares = np.linalg.solve(sides, (ground - first)[..., None])[..., 0]
-        heights = self.height[corner]
-        rises = heights[:, 1:] - heights[:, :1]
-        found = heights[:, 0] + (shares * rises).sum(axis=1)
+        corner, height = self._corners_of(triangle)
+        shares = self._shares_in(triangle, ground)
+        # where the same shares of the corners, as they were given, lie
+        away = ground - (shares[..., None] * corner).sum(axis=1)
+        first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        doubled = _cross(first, second)
+        is_flat = np.abs(doubled) <= FLAT * np.abs(first).max(1) * np.abs(second).max(1)
+        doubled = np.where(is_flat, np.inf, doubled)
+        found = (shares * height).sum(axis=1)
+        found += _cross(away, second) / doubled * (height[:, 1] - height[:, 0])
+        found += _cross(first, away) / doubled * (height[:, 2] - height[:, 0])
+        low, high = height.min(axis=1), height.max(axis=1)
+        beyond = BEYOND * (high - low)
+        found = np.clip(found, low - beyond, high + beyond)
         return np.where(triangle >= 0, found, np.nan)
+
+    def _corners_of(self, triangle):
+        """Places (n, 3, 2) and heights (n, 3) of the corners of triangles [m]."""
+        corner = self.mesh.simplices[triangle]
+        return self.plane[corner], self.height[corner]
+
+    def _shares_in(self, triangle, ground):
+        """Shares (n, 3) of the corners of the shifted triangles in places (n, 2)."""
+        turn = self.mesh.transform[triangle]
+        shares = np.einsum("nij,nj->ni", turn[:, :2], ground - turn[:, 2])
+        return np.column_stack([shares, 1.0 - shares.sum(axis=1)])
+
+
+def _cross(one, other):
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 def _between(ticks, values):
