@@ -105,6 +105,23 @@ def ranked_causes(findings) -> tuple[str, ...]:
     return tuple(sorted(causes, key=lambda code: -explained[code]))
 
 
+def with_consequences(cause, findings, explained, first=()):
+    """Give findings, of which those of some codes follow from one of them.
+
+    ``first`` are the names that make them: of those of the cause they are told first.
+    """
+    facts = {**cause.facts, "explains": explained}
+    names = tuple(sorted(cause.names, key=lambda name: name not in first))
+    return tuple(
+        replace(cause, facts=facts, names=names)
+        if found is cause
+        else replace(found, explained_by=cause.code)
+        if found.code in explained and not found.explained_by
+        else found
+        for found in findings
+    )
+
+
 def _with_exchanged_image_names(findings):
     """Put what follows from names exchanged in photographs under these.
 
@@ -125,14 +142,7 @@ def _with_exchanged_image_names(findings):
         for found in findings
         if found.code in reach or _is_of_orientations(found, models)
     )
-    return tuple(
-        replace(found, facts={**found.facts, "explains": explained})
-        if found is cause
-        else replace(found, explained_by=code)
-        if found.code in explained and not found.explained_by
-        else found
-        for found in findings
-    )
+    return with_consequences(cause, findings, explained)
 
 
 def _is_of_orientations(found, models):

@@ -17,6 +17,7 @@ from scipy.special import chdtrc
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
+from einschalt.pipeline.assessment.causes import with_consequences
 from einschalt.pipeline.assessment.choice import MOST_TRIED
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
@@ -103,7 +104,11 @@ def with_wrong_control(examined, judges, findings):
         gone = _gone_without_control(examined, judges, may_follow, wrong)
         if len(gone) > len(explained):
             explained, names = gone, wrong
-    return _under(causes[0], findings, explained, names) if explained else findings
+    return (
+        with_consequences(causes[0], findings, explained, names)
+        if explained
+        else findings
+    )
 
 
 def _gone_without_control(examined, judges, codes, wrong):
@@ -139,24 +144,7 @@ def with_other_targets(examined, judges, findings):
     except EinschaltError:  # the rest does not hold together
         return findings
     explained = tuple(code for code in may_follow if code not in remaining)
-    return _under(causes[0], findings, explained)
-
-
-def _under(cause, findings, explained, first=()):
-    """Findings, of which those of some codes follow from one of them.
-
-    ``first`` are the names that make them: of those of the cause they are told first.
-    """
-    facts = {**cause.facts, "explains": explained}
-    names = tuple(sorted(cause.names, key=lambda name: name not in first))
-    return tuple(
-        replace(cause, facts=facts, names=names)
-        if found is cause
-        else replace(found, explained_by=cause.code)
-        if found.code in explained and not found.explained_by
-        else found
-        for found in findings
-    )
+    return with_consequences(causes[0], findings, explained)
 
 
 def _without_points(examined, targets):

@@ -67,22 +67,17 @@ EXPLAINED = mark(
 
 def exchanged_names(finding):
     """Pairs of points that were measured under each other's name."""
-    exchanges = finding.facts["exchanges"]
-    shown = [_exchange(exchange) for exchange in exchanges[:MOST_SHOWN]]
-    n_more = finding.facts["n_exchanges"] - len(shown)
-    if n_more > 0:
-        shown.append(translated("and {n:further pair|further pairs}", n=n_more))
-    return Suggestion(
-        translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
-        translated(REMEDIES[finding.remedy]),
-        details=explained(finding.facts["explains"]),
-    )
+    return _exchanges(finding, _exchange)
 
 
 def exchanged_image_names(finding):
     """Pairs of points under each other's name in a photograph."""
-    exchanges = finding.facts["exchanges"]
-    shown = [_in_photograph(exchange) for exchange in exchanges[:MOST_SHOWN]]
+    return _exchanges(finding, _in_photograph)
+
+
+def _exchanges(finding, told):
+    """Pairs of names, each as ``told`` words it, and what may follow from them."""
+    shown = [told(exchange) for exchange in finding.facts["exchanges"][:MOST_SHOWN]]
     n_more = finding.facts["n_exchanges"] - len(shown)
     if n_more > 0:
         shown.append(translated("and {n:further pair|further pairs}", n=n_more))

@@ -108,7 +108,8 @@ def _candidates(oriented, residuals, measured, usual):
     sigma = oriented["sigma_0"].astype(float)
     good = set(_good_models(oriented, usual))
     worst_first = _keys(oriented.loc[sigma.sort_values(ascending=False).index])
-    lost = [key for key in _keys(measured.models) if key not in set(worst_first)]
+    known = set(worst_first)
+    lost = [key for key in _keys(measured.models) if key not in known]
     bad = lost + [key for key in worst_first if key not in good]
     found = [(key, True) for key in bad[:MOST_MODELS]]
     if "is_suspect" in residuals:
