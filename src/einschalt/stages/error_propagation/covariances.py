@@ -157,20 +157,25 @@ def covariances_of_pairs(chains, standard_errors, places, known=None):
     """
     known = SharedCovariances() if known is None else known
     n_points = next(iter(chains.values())).n_points
-    is_used = np.zeros(n_points, dtype=bool)
-    is_used[places] = True
     steps, pairs = known.steps_of(chains), places
-    if not is_used.all():
-        steps = steps.of_points(np.flatnonzero(is_used), n_points)
-        pairs = (np.cumsum(is_used) - 1)[places]
+    used, among = _numbered(places, n_points)
+    if len(used) < n_points:
+        steps, pairs = steps.of_points(used, n_points), among
     found = steps.through_parameters(pairs, standard_errors, known)
     if not steps.direct:
         return found
-    n_parts = max(_n_parts(pairs), n_ranges(steps.direct, int(is_used.sum())))
+    n_parts = max(_n_parts(pairs), n_ranges(steps.direct, len(used)))
     parts = np.array_split(pairs, max(1, min(n_parts, len(pairs))))
     work = partial(_between, steps.direct, standard_errors)
     between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
     return found + np.concatenate(between)
+
+
+def _numbered(places, n_points):
+    """The places that are used, ascending, and where each stands among them."""
+    is_used = np.zeros(n_points, dtype=bool)
+    is_used[places] = True
+    return np.flatnonzero(is_used), (np.cumsum(is_used) - 1)[places]
 
 
 def _n_parts(pairs):
@@ -382,8 +387,7 @@ def _rows_to_bundles(chains, size, bundles):
 
 
 def _between(chains, standard_errors, places):
-    points, place = np.unique(places, return_inverse=True)
-    pairs = place.reshape(places.shape)
+    points, pairs = _numbered(places, next(iter(chains.values())).n_points)
     return sum(
         rows.covariances_between(pairs, standard_errors[source])
         for source, rows in _rows_of(chains, points)

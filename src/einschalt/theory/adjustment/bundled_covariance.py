@@ -193,7 +193,6 @@ def joint_covariance(operator, met, size, standard_errors):
     """
     each = operator.axes.each(standard_errors)
     blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
-    blocks.sort_indices()
     scaled = blocks.data * each[blocks.indices][:, None]
     # of numbers that are none, pairs of other bundles know nothing
     if _is_quicker_as_a_whole(blocks, met) and np.isfinite(scaled).all():
@@ -247,19 +246,21 @@ def _joint_of_pairs(
     size, n_axes = blocks.shape[1:]
     # where the source of the later bundle stands: it meets many, one after the other
     place = np.full(n_sources, -1)
+    total = np.zeros((size, size), dtype=blocks.dtype)
     for later in range(first, last):
         for i in range(pointer[later], pointer[later + 1]):
             place[source[i]] = i
         for p in range(start[later], start[later + 1]):
+            total[:] = 0.0
             for j in range(pointer[column[p]], pointer[column[p] + 1]):
                 i = place[source[j]]
                 if i < 0:
                     continue
-                for a in range(size):
-                    for b in range(size):
-                        for c in range(n_axes):
-                            product = blocks[i, a, c] * np.conj(blocks[j, b, c])
-                            out[p, a, b] += product
+                for c in range(n_axes):
+                    for a in range(size):
+                        for b in range(size):
+                            total[a, b] += blocks[i, a, c] * np.conj(blocks[j, b, c])
+            out[p] = total
         for i in range(pointer[later], pointer[later + 1]):
             place[source[i]] = -1
 
@@ -270,28 +271,35 @@ def _through_bundles(
 ):
     n_axes, size = blocks.shape[1:]
     for p in range(first, last):
-        one, two = pairs[p]
+        one, two = pairs[p, 0], pairs[p, 1]
         for i in range(pointer[one], pointer[one + 1]):
             for j in range(pointer[two], pointer[two + 1]):
                 later, earlier = max(bundle[i], bundle[j]), min(bundle[i], bundle[j])
-                low, high = start[later], start[later + 1]
-                while low < high:
-                    middle = (low + high) // 2
-                    if column[middle] < earlier:
-                        low = middle + 1
-                    else:
-                        high = middle
+                met = _place_among(column, start[later], start[later + 1], earlier)
                 is_turned = bundle[i] < bundle[j]
-                for u in range(size):
+                for a in range(n_axes):
                     for v in range(size):
-                        if is_turned:
-                            shared = np.conj(joint[low, v, u])
-                        else:
-                            shared = joint[low, u, v]
-                        for a in range(n_axes):
-                            for b in range(n_axes):
-                                other = shared * np.conj(blocks[j, b, v])
-                                out[p, a, b] += blocks[i, a, u] * other
+                        with_other = blocks[i, a, 0] * 0.0
+                        for u in range(size):
+                            if is_turned:
+                                shared = np.conj(joint[met, v, u])
+                            else:
+                                shared = joint[met, u, v]
+                            with_other += blocks[i, a, u] * shared
+                        for b in range(n_axes):
+                            out[p, a, b] += with_other * np.conj(blocks[j, b, v])
+
+
+@compiled
+def _place_among(ascending, low, high, number):
+    """Place of a number that stands among some ascending ones, from low to high."""
+    while low < high:
+        middle = (low + high) >> 1
+        if ascending[middle] < number:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @compiled

@@ -86,7 +86,11 @@ class JointCovariance:
 
 def _is_alike_in_all_coordinates(blocks):
     """Whether all are multiples of the unit matrix, as those of affine models."""
-    return np.array_equal(blocks, blocks[:, :1, :1] * np.eye(blocks.shape[1]))
+    first = blocks[:, 0, 0]
+    return all(
+        np.array_equal(blocks[:, a, b], first if a == b else np.zeros_like(first))
+        for a, b in np.ndindex(blocks.shape[1:])
+    )
 
 
 @compiled
@@ -95,12 +99,15 @@ def _share_out(first, last, start, order, within, first_pair, blocks, shares):
     for group in range(first, last):
         most = max(most, start[group + 1] - start[group])
     joint = np.empty((most * d, most * d))
+    later = np.arange(most)
+    # of contrasts: of value j, and of those before it
+    unit = 1.0 / np.sqrt(np.maximum(1.0, later * (later + 1.0)))
     for group in range(first, last):
         if start[group + 1] == start[group]:
             continue
         values = order[start[group] : start[group + 1]]
         _fill_joint(joint, values, within, first_pair, blocks)
-        _share(joint, len(values), shares[start[group] : start[group + 1]])
+        _share(joint, unit, shares[start[group] : start[group + 1]])
 
 
 @compiled
@@ -130,48 +137,48 @@ def _fill_joint(joint, values, within, first_pair, blocks):
 
 
 @compiled
-def _share(joint, k, shares):
+def _share(joint, unit, shares):
     """Plain mean, less what the contrasts of the values tell of its error.
 
     Orthonormal contrasts (Helmert's): value j against the mean of those before it.
     """
-    d = shares.shape[1]
-    size = k * d
+    k, d = shares.shape[:2]
+    size, of_mean = k * d, 1.0 / np.sqrt(k)
     scale = np.trace(joint[:size, :size]) / size
     least = LEAST_VARIANCE * (scale if scale > 0.0 else 1.0)
     for column in range(size):
-        _to_contrasts(joint[:size, column], k, d)
+        _to_contrasts(joint[:size, column], unit, k, d)
     for row in range(size):
-        _to_contrasts(joint[row, :size], k, d)
+        _to_contrasts(joint[row, :size], unit, k, d)
     for row in range(d, size):
         joint[row, row] += least
     _eliminate(joint, d, size)
     for b in range(d):
-        _from_contrasts(joint[:size, b], k, d)
+        _from_contrasts(joint[:size, b], unit, k, d)
         for i in range(k):
             for a in range(d):
                 even = 1.0 / k if a == b else 0.0
-                shares[i, b, a] = even - joint[i * d + a, b] / np.sqrt(k)
+                shares[i, b, a] = even - of_mean * joint[i * d + a, b]
 
 
 @compiled
-def _to_contrasts(numbers, k, d):
+def _to_contrasts(numbers, unit, k, d):
     for a in range(d):
         total = numbers[a]
         for j in range(1, k):
             own = numbers[j * d + a]
-            numbers[j * d + a] = (total - j * own) / np.sqrt(j * (j + 1.0))
+            numbers[j * d + a] = unit[j] * (total - j * own)
             total += own
         numbers[a] = total / np.sqrt(k)
 
 
 @compiled
-def _from_contrasts(numbers, k, d):
+def _from_contrasts(numbers, unit, k, d):
     """From contrasts to values whose sum is 0."""
     for a in range(d):
         later = 0.0
         for j in range(k - 1, 0, -1):
-            own = numbers[j * d + a] / np.sqrt(j * (j + 1.0))
+            own = unit[j] * numbers[j * d + a]
             numbers[j * d + a] = later - j * own
             later += own
         numbers[a] = later
@@ -179,20 +186,15 @@ def _from_contrasts(numbers, k, d):
 
 @compiled
 def _eliminate(matrix, d, size):
-    """Solve for the first d columns, from row d on, with the largest pivots."""
+    """Solve for the first d columns, from row d on, of what is symmetric there.
+
+    Positive definite, so that any pivot will do; what stands below the diagonal is not
+    looked at.
+    """
     for p in range(d, size):
-        best = p
         for row in range(p + 1, size):
-            if abs(matrix[row, p]) > abs(matrix[best, p]):
-                best = row
-        if best != p:
-            for column in range(size):
-                kept = matrix[p, column]
-                matrix[p, column] = matrix[best, column]
-                matrix[best, column] = kept
-        for row in range(p + 1, size):
-            factor = matrix[row, p] / matrix[p, p]
-            for column in range(p + 1, size):
+            factor = matrix[p, row] / matrix[p, p]
+            for column in range(row, size):
                 matrix[row, column] -= factor * matrix[p, column]
             for column in range(d):
                 matrix[row, column] -= factor * matrix[p, column]

@@ -438,9 +438,11 @@ def _squares(numbers):
 
 def of_real_axes(scalar):
     """Covariance of easting and northing from that of E + iN."""
-    same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
-    rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
-    return np.stack(rows, -2)
+    found = np.empty((len(scalar), N_PLAN, N_PLAN))
+    found[:, 0, 0] = found[:, 1, 1] = np.real(scalar[:, 0, 0])
+    found[:, 1, 0] = np.imag(scalar[:, 0, 0])
+    found[:, 0, 1] = -found[:, 1, 0]
+    return found
 
 
 @compiled
