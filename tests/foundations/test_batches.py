@@ -159,3 +159,21 @@ def test_failure_of_a_part_is_not_lost(monkeypatch):
     monkeypatch.setattr(batches, "n_cores", lambda: 2)
     with pytest.raises(ZeroDivisionError):
         batches.over_parts(lambda part: 1 // part, [1, 0, 2])
+
+
+def test_threads_of_parts_share_the_cores(monkeypatch):
+    monkeypatch.setattr(batches, "_n_own_cores", lambda: 5)
+    meeting = threading.Barrier(2, timeout=30)
+
+    def cores(_part):
+        meeting.wait()
+        return batches.n_cores(), threading.current_thread()
+
+    with batches.working_on_parts(2) as results:
+        first, second = results(cores, [1, 2]), results(cores, [1, 2])
+        assert [n for n, _ in first + second] == [2, 2, 2, 2]
+        assert {thread for _, thread in first} == {thread for _, thread in second}
+        # one alone has this thread, and all of them
+        alone = results(lambda part: (part, threading.current_thread()), [3])
+    assert alone == [(3, threading.main_thread())]
+    assert batches.n_cores() == 5

@@ -6,7 +6,9 @@ segment and, at its end, the number of rows, so that segment k owns rows
 """
 
 import os
+import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +17,7 @@ import numpy as np
 from einschalt.foundations.kernels import compiled
 
 ROWS_WORTH_A_THREAD = 50_000
+_of_thread = threading.local()
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +132,11 @@ def n_cores():
     """Count the processor cores that this process may use.
 
     At most ``EINSCHALT_CORES`` of the environment, where that is set: one of several
-    processes then does not take the cores of the others.
+    processes then does not take the cores of the others. A thread of :func:`over_parts`
+    has its share of them.
     """
+    if (share := getattr(_of_thread, "n_cores", None)) is not None:
+        return share
     granted = os.environ.get("EINSCHALT_CORES", "")
     if granted.isdecimal():
         return min(max(int(granted), 1), _n_own_cores())
@@ -177,12 +183,39 @@ def over_segments(kernel, start, *arrays, work_of_row=1.0):
 def over_parts(work, parts, *, most_at_once=None):
     """Results of some work on each part, in their order, on all cores.
 
-    For work that releases the GIL by itself, as products of sparse matrices do; it must
+    For work that releases the GIL mostly, as products of sparse matrices do; it must
     not matter to a part which others there are. ``most_at_once``: where each part takes
     memory of its own.
     """
-    n_workers = min(n_cores(), len(parts), most_at_once or len(parts))
+    with working_on_parts(min(len(parts), most_at_once or len(parts))) as results:
+        return results(work, parts)
+
+
+@contextmanager
+def working_on_parts(most_at_once):
+    """Give what does as :func:`over_parts`, again and again by the same threads.
+
+    What is made for each thread anew, as transformations of PROJ, takes long.
+    """
+    n_workers = min(n_cores(), most_at_once)
     if n_workers <= 1:
-        return [work(part) for part in parts]
-    with ThreadPoolExecutor(n_workers) as pool:
-        return list(pool.map(work, parts))
+        yield _one_by_one
+        return
+    share = n_cores() // n_workers
+    with ThreadPoolExecutor(n_workers, initializer=_take, initargs=(share,)) as pool:
+
+        def results(work, parts):
+            if len(parts) == 1:  # here, with all cores
+                return _one_by_one(work, parts)
+            return list(pool.map(work, parts))
+
+        yield results
+
+
+def _one_by_one(work, parts):
+    return [work(part) for part in parts]
+
+
+def _take(share):
+    """Let this thread have so many cores: more threads in it would wait for others."""
+    _of_thread.n_cores = share
