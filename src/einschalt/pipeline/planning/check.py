@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import require_choice
+from einschalt.foundations.batches import working_on_parts
+from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, in_english, mark, translated
@@ -41,6 +43,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # layouts that are propagated, and those that may miss before the closed estimate is
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
+AT_ONCE = 2  # on any machine, so that the plan does not depend on its cores
 MOST_BETWEEN = 6  # beside the cheapest of them
 NEARLY = 0.3  # of a target that is missed: plans beside such ones may keep it
 ALIKE = 0.1  # of logarithms of scales
@@ -187,34 +190,34 @@ def check_plans(
     can be laid out.
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
-    of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
-    cost of the row; ``count(plan)`` what it would cost as it is laid out, for each km²,
-    where rows have but an estimate: asked of plans that may be the cheapest, before one
-    is propagated; None where counting has taken enough. ``refine`` names choices of
-    which values between those of the search are tried as well, about the cheapest that
-    is kept: those of ``finer_choices``. ``progress(title, fraction)`` is told.
+    of a square layout, in a thread beside that of another one; ``cost(plan)`` what it
+    costs as it was laid out, by default the cost of the row; ``count(plan)`` what it
+    would cost as it is laid out, for each km², where rows have but an estimate: asked
+    of plans that may be the cheapest, before one is propagated; None where counting has
+    taken enough. ``refine`` names choices of which values between those of the search
+    are tried as well, about the cheapest that is kept: those of ``finer_choices``.
+    ``progress(title, fraction)`` is told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
         require_choice("refine", name, tuple(REFINED))
-    tries = _Tries(
-        search,
-        judge or (lambda plan: propagate_design(design_of(plan, frame))),
-        cost or (lambda plan: plan["cost"]),
-        progress,
-    )
+    judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
+    cost = cost or (lambda plan: plan["cost"])
     plans = _with_several_coverages(search)
     trials = Trials(plans, search.target, patience, enough, count)
     # what progress counts
     all_tried = most + (MOST_BETWEEN if refine else 0)
-    tries.go(trials, most, all_tried)
-    best = tries.best()
-    if refine and best.is_kept:
-        more = _between(tries, best.plan, frame, refine)
-        tries.search = search = searched_with(search, more)
-        trials = trials.extended(pd.concat([plans, more]))
-        tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
+    # BLAS before the threads, each of which asks for the same
+    with one_blas_thread(), working_on_parts(AT_ONCE) as on_parts:
+        tries = _Tries(search, judge, cost, progress, on_parts)
+        tries.go(trials, most, all_tried)
         best = tries.best()
+        if refine and best.is_kept:
+            more = _between(tries, best.plan, frame, refine)
+            tries.search = search = searched_with(search, more)
+            trials = trials.extended(pd.concat([plans, more]))
+            tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
+            best = tries.best()
     finer = finer_choices(search.plans, best.plan) if best.is_kept else {}
     return replace(best, search=search, finer=finer)
 
@@ -242,6 +245,7 @@ class _Tries:
     judge: Callable
     cost: Callable
     progress: Callable | None
+    on_parts: Callable  # as over_parts
     tried: list = field(default_factory=list)  # CheckedPlan with its cost
     refused: list = field(default_factory=list)  # errors
     # by name of a plan: itself with its error [m], or with the reason
@@ -250,29 +254,47 @@ class _Tries:
     def go(self, trials, most, all_tried):
         """Try what is worth it, until ``most`` are propagated in all."""
         while len(self.tried) < most and len(self.refused) < MOST_REFUSED:
-            plan = trials.next()
-            if plan is None:
+            plans = trials.next_ones(min(AT_ONCE, most - len(self.tried)))
+            if not plans:
                 break
             if self.progress is not None:
                 n_tried, n_refused = len(self.tried), len(self.refused)
                 done = max(n_tried / all_tried, n_refused / MOST_REFUSED)
                 self.progress("laying out plans", done)
-            try:
-                found = self._checked(plan, is_last=not trials.promise)
-            except EinschaltError as error:
-                self.refused.append(error)
-                trials.refuse(plan)
-                self.dropped[plan.name] = plan, error
-                continue
-            trials.learn(*found)
-            self.tried.append(found)
-            if not found[0].is_kept:
-                self.dropped[plan.name] = plan, found[0].reached
+            judged = self.on_parts(self._judged, plans)
+            for plan, found in zip(plans, judged, strict=True):
+                self._take(trials, plan, found)
 
-    def _checked(self, plan, *, is_last):
-        """Propagate a plan; give it with its cost, None where it is not needed."""
+    def _judged(self, plan):
+        """Propagate a plan, or give the error that refuses it."""
+        try:
+            return self.judge(plan)
+        except EinschaltError as error:
+            return error
+
+    def _take(self, trials, plan, found):
+        """Keep what became of a plan, and let trials learn of it."""
+        if isinstance(found, EinschaltError):
+            self._refuse(trials, plan, found)
+            return
+        try:
+            checked, cost = self._checked(plan, found, is_last=not trials.promise)
+        except EinschaltError as error:
+            self._refuse(trials, plan, error)
+            return
+        trials.learn(checked, cost)
+        self.tried.append((checked, cost))
+        if not checked.is_kept:
+            self.dropped[plan.name] = plan, checked.reached
+
+    def _refuse(self, trials, plan, error):
+        self.refused.append(error)
+        trials.refuse(plan)
+        self.dropped[plan.name] = plan, error
+
+    def _checked(self, plan, propagated, *, is_last):
+        """Hold a plan against its target; with its cost, None if that is not needed."""
         search = self.search
-        propagated = self.judge(plan)
         reached, place = _at_place(propagated, search.where)
         given = {"place": place, "asked_where": search.where}
         found = CheckedPlan(plan, propagated, reached, search.target, search, **given)

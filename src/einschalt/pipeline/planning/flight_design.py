@@ -1,6 +1,7 @@
 """A planned block in its planner's words, as geometry and noise of a simulation."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Real
 
 from einschalt.foundations.arguments import described
@@ -79,7 +80,7 @@ class FlightDesign:
         self.geometry()
         self.noise()
 
-    @property
+    @cached_property
     def model(self) -> PlannedModel:
         """The planned model of the low flight, its edge by the rule of 1971."""
         return flown_model(self)
@@ -121,6 +122,10 @@ class FlightDesign:
 
     def geometry(self) -> BlockGeometry:
         """Return the layout of both flights over the area."""
+        return self._geometry
+
+    @cached_property
+    def _geometry(self):
         along, across = self.model.image_format
         width, height = self.extent
         return BlockGeometry(

@@ -1,6 +1,7 @@
 """Which plans of a search are tried on their layouts, and in what order."""
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,43 @@ class Trials:
                 return self._taken(place)
             self._count(place)
         return None
+
+    def next_ones(self, number):
+        """Give up to so many plans that are to be tried beside each other.
+
+        Each is the next one if those before it turn out as they are expected to, of a
+        layout of its own.
+        """
+        found, before = [], None
+        while len(found) < number and (plan := self.next()) is not None:
+            found.append(plan)
+            before = before or self._before()
+            self._expect(plan)
+        if before is not None:
+            self._put_back(before, found)
+        return found
+
+    def _before(self):
+        """What expectations change."""
+        return self.is_left.copy(), self.errors.copy(), [*self.kept], [*self.missed]
+
+    def _put_back(self, before, taken):
+        self.is_left, self.errors, self.kept, self.missed = before
+        self.is_left[self.plans.index.get_indexer([plan.name for plan in taken])] = (
+            False
+        )
+
+    def _expect(self, plan):
+        """Take a plan for tried, with the error that it is likely to have."""
+        place, likely = self.plans.index.get_loc(plan.name), self.likely()
+        ratio = likely[place] / self.closed[place]
+        self.is_left &= ~self._has_layout_of(plan)
+        if ratio > 0.0:
+            self.errors.learn(place, ratio)
+        if likely[place] <= self.target:
+            self.kept.append(self.likely_costs()[place])
+        else:
+            self.missed.append(ratio)
 
     def _count(self, place):
         """Count what a plan costs, which may no longer be the cheapest then."""
@@ -207,6 +245,12 @@ class _Shown:
         away = np.abs(self.steps - self.steps[place]).sum(axis=1)
         self._columns.append(self.common + self.own * np.exp(-away))
         self._told = None
+
+    def copy(self):
+        """Give one that learns apart from this one."""
+        copied = copy(self)
+        copied.shown, copied._columns = [*self.shown], [*self._columns]
+        return copied
 
     def _weights(self):
         """Weights of what was shown, and covariances with it, (n_plans, n_shown)."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
+from threading import Lock
 
 import numpy as np
 
@@ -76,12 +77,14 @@ class TriedLayouts:
     def __init__(self, area, frame, ground):
         self.area, self.frame, self.ground = area, frame, ground
         self._known, self._work = {}, 0
+        self._one_by_one = Lock()  # shapes are prepared as they are cut
 
     def of(self, plan):
         """Give the layout of a row of a search, with its errors of measuring."""
         key = tuple(plan[list(LAYOUT)])
-        if key not in self._known:
-            self._known[key] = self._tried(plan)
+        with self._one_by_one:
+            if key not in self._known:
+                self._known[key] = self._tried(plan)
         found, usual = self._known[key], design_of(plan, self.frame)
         if isinstance(found, EinschaltError):
             raise found
