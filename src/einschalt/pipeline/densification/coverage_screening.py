@@ -2,21 +2,24 @@
 
 import numpy as np
 
+from einschalt.foundations.batches import segment_sum
 from einschalt.stages.coverage_screening import coverage_differences, screen_coverages
 from einschalt.stages.error_propagation.covariances import propagate
 
 
-def screen_block(means, errors, settings):
+def screen_block(means, errors, settings, model):
     """Find the points whose low-flight coverages differ by more than they may.
 
-    ``errors`` are None where the errors cannot be propagated.
+    ``errors`` and the ``model`` of errors are None where these cannot be propagated.
     """
     differences = coverage_differences(means)
     covariance = None
     if errors is not None and settings.screening == "propagated":
-        covariance = differences.with_others(
-            difference_covariance(differences.needed(), errors)
-        )
+        needed = differences.needed()
+        covariance = difference_covariance(needed, errors)
+        if len(needed.table) and model.low.turned is not None:
+            covariance = covariance + _beyond_linear(needed, model)
+        covariance = differences.with_others(covariance)
     return screen_coverages(
         differences, covariance, settings.screening, settings.significance
     )
@@ -38,6 +41,14 @@ def difference_covariance(differences, errors):
     names = np.arange(n_rows).astype(object)
     found = propagate(names, chains, errors.standard_errors, errors.known)
     return found.covariance
+
+
+def _beyond_linear(differences, model):
+    """What differences of spatial models miss the linear by, (n_rows, 3, 3) [m²]."""
+    squares = model.beyond_linear(differences.rows)
+    shares = model.axes.blocks_of(differences.shares)
+    parts = shares @ squares @ shares.swapaxes(1, 2)
+    return segment_sum(parts, differences.start)
 
 
 def with_suspects(points, screening):

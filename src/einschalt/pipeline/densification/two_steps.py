@@ -210,7 +210,7 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
         model = iterated_model(block, model, iteration, measured[LOW])
     errors = None if model is None else propagate_model(model, last.means)
     report_progress(Stage.DOUBLE_COVERAGE)
-    screening = screen_block(last.means, errors, settings)
+    screening = screen_block(last.means, errors, settings, model)
     points, errors = _final_points(block, settings, last.means, screening, errors)
     return TwoStepSolution(
         block=block,

@@ -138,11 +138,25 @@ class ErrorModel:
         """Covariances between values of the low flight.
 
         ``pairs`` (n_pairs, 2) of rows of its model points; gives (n_pairs,
-        n_coordinates, n_coordinates) [m²], NaN where a model is not usable.
+        n_coordinates, n_coordinates) [m²], NaN where a model is not usable. Values of
+        spatial models are the less known the more these may be turned.
         """
-        return covariances_of_pairs(
+        found = covariances_of_pairs(
             self.chains_to_values, self.standard_errors, pairs, self.known
         )
+        if self.low.turned is not None:
+            own = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+            found[own] += self.beyond_linear(pairs[own, 0])
+        return found
+
+    def beyond_linear(self, rows):
+        """Mean products of what values of spatial models miss the linear by.
+
+        ``rows`` (n_rows,) of the model points of the low flight; gives (n_rows, 3, 3)
+        [m²], 0 where a model is not usable.
+        """
+        onto = replace(self, low=self.low.parameters).chains_to_values
+        return self.low.turned.squares(onto, self.standard_errors, rows)
 
     @property
     def chains(self):

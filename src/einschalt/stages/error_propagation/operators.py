@@ -12,6 +12,7 @@ import numpy as np
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
+from einschalt.stages.error_propagation.turned_models import TurnedModels
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
@@ -35,6 +36,9 @@ class FlightOperator:
     measured: PointOperator
     # from the errors of the ground coordinates onto which its models were fitted
     ground: PointOperator
+    # from both to the parameters of its models, as through_parameters has them
+    parameters: "FlightOperator | None" = None
+    turned: TurnedModels | None = None  # of models in space
 
     def selections(self, places, observed):
         """Pick what the flight was fitted with.
@@ -89,9 +93,14 @@ def operator_of_fit(fit, observed, coordinates, ground, axes) -> FlightOperator:
     fitted = selection(rows, n_rows, axes)
     onto = selection(ground.places[observed.ground_rows], ground.count, axes)
     own = selection(np.arange(n_rows), n_rows, axes)
+    of_measured = -(parameters @ fitted).formed()
+    of_ground = (parameters @ onto).formed()
+    is_spatial = axes is Axes.SPACE
     return FlightOperator(
-        own + values @ -(parameters @ fitted).formed(),
-        values @ (parameters @ onto).formed(),
+        own + values @ of_measured,
+        values @ of_ground,
+        FlightOperator(of_measured, of_ground),
+        TurnedModels(fit, model, coordinates) if is_spatial else None,
     )
 
 

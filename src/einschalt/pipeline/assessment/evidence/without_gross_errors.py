@@ -15,6 +15,8 @@ from einschalt.stages.model_screening import suspect_rows
 
 # beyond this share suspects are no gross errors: the model of errors is wrong
 MOST_SUSPECTS = 0.05
+# times the median of the errors that coverage differences have
+BADLY_DETERMINED = 3.0
 
 
 def gross_rows(examined, flight, transformation):
@@ -60,13 +62,28 @@ def good_rows(is_suspect):
 def internal_of_good_points(two_step):
     """Internal figure of the new points without those whose coverages differ [m].
 
-    TOTAL; NaN where no point has two coverages. The figure of the block has them all.
+    And, where means are of least variance, without those of which one coverage is
+    determined so badly that it hardly counts in the mean. TOTAL; NaN where no point has
+    two coverages. The figure of the block has them all.
     """
-    internal, suspects = two_step.figures.mean_internal, two_step.screening.suspects
-    if not len(suspects):
-        return internal
+    internal, screening = two_step.figures.mean_internal, two_step.screening
     table = coverage_differences(two_step.means).needed().table
+    good = np.ones(len(table), dtype=bool)
+    if len(screening.suspects):
+        good = good_rows(table["point_id"].isin(screening.suspects).to_numpy())
+    if two_step.means.is_rigorous and screening.is_propagated:
+        good &= ~is_among(table["point_id"], _badly_determined(screening.table))
+    if good.all() or not good.any():
+        return internal
     squares = np.sum(values_of(table, DIFFERENCES) ** 2, axis=1)
-    good = good_rows(table["point_id"].isin(suspects).to_numpy())
     whole = np.mean(squares)
     return float(internal * np.sqrt(np.mean(squares[good]) / whole)) if whole else 0.0
+
+
+def _badly_determined(coverages):
+    """Points of which a coverage has an error far beyond that of most differences."""
+    error = coverages["standard_error_difference"].to_numpy(dtype=float)
+    if not np.isfinite(error).any():
+        return coverages["point_id"].iloc[:0]
+    is_bad = error > BADLY_DETERMINED * np.nanmedian(error)
+    return coverages.loc[is_bad, "point_id"].unique()
