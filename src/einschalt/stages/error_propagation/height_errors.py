@@ -22,6 +22,8 @@ HEIGHT = 2
 FEWEST_DEGREES = 3.0
 # photographs that look down do not measure heights better than positions
 LEAST_RATIO = 1.0
+# times the median of what all other errors make of the squares
+MOST_FROM_OTHERS = 10.0
 
 
 def with_measured_heights(model, points, fits):
@@ -49,19 +51,21 @@ def _ratio_to_plan(model, heights):
     in_plan = sizes[name][:, None] * [1.0, 1.0, 0.0]
     of_height = sizes[name][:, None] * [0.0, 0.0, 1.0]
     look = heights.differences if heights.n_repeated else heights.residuals
-    from_others = look(_drawn(model, {**sizes, name: in_plan}))
-    from_heights = look(_drawn(model, {**none, name: of_height}))
-    others, own = (_mean_squares(part) for part in (from_others, from_heights))
+    from_others = _mean_squares(look(_drawn(model, {**sizes, name: in_plan})))
+    from_heights = _mean_squares(look(_drawn(model, {**none, name: of_height})))
+    # a model that may tilt by metres tells nothing of centimetres
+    told = from_others <= MOST_FROM_OTHERS * np.median(from_others)
+    own = np.sum(from_heights[told])
     # what heights of equal errors make of the sum, in squares of one of them
     if own < FEWEST_DEGREES * np.mean(sizes[name] ** 2):
         return np.nan
-    excess = max(_mean_squares(look(None)) - others, 0.0)
-    return max(np.sqrt(excess / own), LEAST_RATIO)
+    excess = np.sum((_mean_squares(look(None)) - from_others)[told])
+    return max(np.sqrt(max(excess, 0.0) / own), LEAST_RATIO)
 
 
 def _mean_squares(columns):
-    """Sum of squares over the rows, on the average of the draws."""
-    return np.mean(np.sum(columns**2, axis=0))
+    """Squares of each row, on the average of the draws."""
+    return np.mean(columns**2, axis=1)
 
 
 def _drawn(model, sizes):
