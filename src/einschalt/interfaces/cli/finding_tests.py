@@ -265,6 +265,7 @@ REMEDIES_OF = {
         "doubt_check_points_too",
         "doubt_far_control",
         "shared_errors_as_stated",
+        "shared_errors_beyond_stated",
     ),
     "check_points_beyond_claim": ("check_far_points", "trust_check_points"),
     "adjustment_that_misfits": (

@@ -12,13 +12,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.units import ground_from_image_um
-from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
+from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     where_it_matters,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.stages.error_propagation.error_model import HIGH
+from einschalt.stages.error_propagation.given_points import APPROXIMATE_POINTS
 from einschalt.stages.error_propagation.group_size import sum_of_residuals
 from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
@@ -95,7 +96,8 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
         if stated > value:
-            value, reason = stated, Reason.STATED
+            value = stated
+            reason = reason if beyond_stated(examined) > 1.0 else Reason.STATED
     least = paper if np.isnan(total) else total
     moved = _moved(examined, least, is_refuted=not claim.is_supported)
     copied = examined.copies.enlargement
@@ -155,15 +157,36 @@ def taken_up_by_models(examined) -> float:
     """Part of the stated error of approximate points that models follow, TOTAL [m].
 
     Where residuals are smaller than independent errors of that size would make them,
-    neighbouring points share the rest, and each model lies as they do. 0 where the
-    residuals show everything, or nothing was stated.
+    neighbouring points share the rest, and each model lies as they do. Where only the
+    residuals of neighbours are alike, nothing tells which part that is: all of it, as
+    large as it was stated, or larger if residuals are. 0 where the residuals show
+    everything, or nothing was stated.
     """
-    stated = examined.block.approximate_m_0_m
-    residuals = examined.claim.of(RESIDUALS)
-    if not stated or residuals not in examined.claim.rejected:
+    block, claim = examined.block, examined.claim
+    of_groups = block.group_errors_m.get(APPROXIMATE_POINTS) or 0.0
+    stated = np.hypot(block.approximate_m_0_m or 0.0, of_groups)
+    residuals = claim.of(RESIDUALS)
+    if stated == 0.0 or residuals is None:
         return 0.0
-    seen = min(residuals.observed / residuals.predicted, 1.0)
-    return float(stated * np.sqrt(1.0 - seen**2))
+    seen = residuals.observed / residuals.predicted
+    if residuals in claim.rejected and seen < 1.0:
+        return float(stated * np.sqrt(1.0 - seen**2))
+    if claim.of(NEIGHBOURS) not in claim.rejected:
+        return 0.0
+    return float(stated * max(seen, 1.0))
+
+
+def beyond_stated(examined) -> float:
+    """By how much residuals of neighbours that are alike exceed what was stated.
+
+    1 where chance explains it, or approximate points have no stated error.
+    """
+    claim, residuals = examined.claim, examined.claim.of(RESIDUALS)
+    if residuals not in claim.rejected or claim.of(NEIGHBOURS) not in claim.rejected:
+        return 1.0
+    if taken_up_by_models(examined) == 0.0:
+        return 1.0
+    return float(max(residuals.observed / residuals.predicted, 1.0))
 
 
 def figure_of_adjustment(examined) -> CredibleFigure:

@@ -3,6 +3,7 @@
 from einschalt.pipeline.assessment.credibility import (
     MIN_REPORTED_RATIO,
     Reason,
+    beyond_stated,
     largest_measured,
 )
 from einschalt.pipeline.assessment.evidence.claim import KNOWN, NEIGHBOURS, RESIDUALS
@@ -32,6 +33,8 @@ def claim_that_does_not_stand(two_step):
         remedy = "doubt_far_control"
     if two_step.credible.reason is Reason.STATED:
         remedy = "shared_errors_as_stated"
+    elif remedy == DOUBT and beyond_stated(two_step) > 1.0:
+        remedy = "shared_errors_beyond_stated"
     return finding(
         "claim_that_does_not_stand",
         statistic=worst.name,

@@ -18,6 +18,12 @@ REMEDIES = mark_each(
             "above includes them with the size that m_0_m of [approximate_points] "
             "states; check points, or a high flight over control, would show more"
         ),
+        "shared_errors_beyond_stated": (
+            "Approximate coordinates with independent errors would not show this: they "
+            "share errors, such as those of one orientation. The figure above takes "
+            "all of m_0_m for shared, enlarged as residuals are; they may be larger. "
+            "Rely on check points, or densify from a high flight over control"
+        ),
         "doubt_sizes_of_errors": (
             "Look for deformed models, gross errors and wrongly stated errors; rely on "
             "check points rather than on the figures"

@@ -1,0 +1,82 @@
+"""Approximate coordinates that share errors: no figure is below what was stated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.truth.disturbed_blocks import onto_grouped_approximations
+
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.pipeline.summary.summary import summarize
+
+PLANE = ["easting", "northing"]
+GEOMETRY = replace(
+    PRESETS["demo"].geometry,
+    width=6_000.0,
+    height=6_000.0,
+    point_spacing=200.0,
+    n_check=0,
+)
+OWN, SHIFT = 0.1, 0.2  # TOTAL: of each point, and of each photograph [m]
+TABLE = "approximate_points"
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Photographs of 1 km are shifted, each by itself."""
+    simulated = simulate_block("demo", seed=31_060, geometry=GEOMETRY)
+    cells = (1e3, 1e3)
+    return onto_grouped_approximations(
+        simulated, OWN, SHIFT, cells, 31_060, is_stated=False
+    )
+
+
+def of_points(block, groups=None):
+    points = block.approximate_points.drop(columns="group")
+    return points if groups is None else points.assign(group=groups)
+
+
+def true_error(result, block):
+    points = result.points
+    truth = block.truth.set_index("point_id").loc[points["point_id"], PLANE]
+    away = points[PLANE].to_numpy() - truth.to_numpy()
+    return float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
+
+
+@pytest.mark.parametrize("stated", [0.05, 0.1])
+def test_a_size_that_residuals_exceed_is_enlarged_as_they_are(block, stated):
+    """The larger it was stated, the smaller the figure was: 10, 5.5 cm or worse."""
+    result = densify(
+        replace(block, approximate_points=of_points(block), approximate_m_0_m=stated)
+    )
+    figure, true = result.examination.credible, true_error(result, block)
+    assert figure.is_lower_bound
+    assert stated < figure.value < 1.1 * true
+    assert figure.value > 0.75 * true
+    assert "they may be larger" in " ".join(summarize(result).split())
+
+
+def test_groups_of_single_points_claim_what_was_stated(block):
+    names = [f"own {k}" for k in range(len(block.approximate_points))]
+    result = densify(
+        replace(
+            block,
+            approximate_points=of_points(block, names),
+            group_errors_m={TABLE: SHIFT},
+        )
+    )
+    figure = result.examination.credible
+    assert not result.claim.is_supported
+    assert figure.value > np.hypot(OWN, SHIFT)
+    assert figure.value > true_error(result, block)
+
+
+def test_independent_errors_keep_their_figure(block):
+    """What is stated does not count where residuals of neighbours are not alike."""
+    truth = block.truth[["point_id", *PLANE]].copy()
+    rng = np.random.default_rng(1)
+    truth[PLANE] += rng.normal(scale=OWN / np.sqrt(2.0), size=(len(truth), 2))
+    result = densify(replace(block, approximate_points=truth))
+    assert result.claim.is_supported
+    assert result.examination.credible.value < 0.05
