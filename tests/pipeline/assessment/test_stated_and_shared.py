@@ -68,7 +68,7 @@ def test_groups_of_single_points_claim_what_was_stated(block):
     )
     figure = result.examination.credible
     assert not result.claim.is_supported
-    assert figure.value > np.hypot(OWN, SHIFT)
+    assert figure.value > 0.999 * np.hypot(OWN, SHIFT)
     assert figure.value > true_error(result, block)
 
 

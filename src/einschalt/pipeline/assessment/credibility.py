@@ -87,17 +87,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     elif np.isnan(total) and claim.is_supported and not _ratios_beyond(examined):
         value, reason = np.fmax(paper, _beside_shifts(examined)), Reason.BUDGET
     else:
-        is_budget = np.isnan(total)
-        # what the measurements exceed the claim by is the least that it is too small by
-        enlarged = (paper if is_budget else total) * claim.enlargement
-        if is_budget:  # its tests have not looked at known points
-            enlarged = max(enlarged, paper * max([1.0, *_ratios_beyond(examined)]))
-        value = np.nanmax([enlarged, paper, examined.internal_of_good])
-        reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
-        stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
-        if stated > value:
-            value = stated
-            reason = reason if beyond_stated(examined) > 1.0 else Reason.STATED
+        value, reason = _where_contradicted(examined)
     least = paper if np.isnan(total) else total
     moved = _moved(examined, least, is_refuted=not claim.is_supported)
     copied = examined.copies.enlargement
@@ -117,6 +107,27 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         reason=reason,
         doubt=doubt,
     )
+
+
+def _where_contradicted(examined):
+    """The largest figure that is known, and whether stated errors make it."""
+    figures, claim = examined.figures, examined.claim
+    paper, is_budget = figures.mean_paper, bool(np.isnan(figures.mean_within))
+    claimed = paper if is_budget else figures.mean_within
+    # what the measurements exceed the claim by is the least that it is too small by
+    enlarged = claimed * claim.enlargement
+    if is_budget:  # its tests have not looked at known points
+        enlarged = max(enlarged, paper * max([1.0, *_ratios_beyond(examined)]))
+    value = np.nanmax([enlarged, paper, examined.internal_of_good])
+    reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
+    stated = taken_up_by_models(examined)
+    # shifts of groups are propagated already
+    if is_budget or not examined.block.group_errors_m.get(APPROXIMATE_POINTS):
+        stated = np.hypot(claimed, stated)
+    if stated > value:
+        value = stated
+        reason = reason if beyond_stated(examined) > 1.0 else Reason.STATED
+    return value, reason
 
 
 def _ratios_beyond(examined):
@@ -163,17 +174,17 @@ def taken_up_by_models(examined) -> float:
     everything, or nothing was stated.
     """
     block, claim = examined.block, examined.claim
+    stated = block.approximate_m_0_m or 0.0
     of_groups = block.group_errors_m.get(APPROXIMATE_POINTS) or 0.0
-    stated = np.hypot(block.approximate_m_0_m or 0.0, of_groups)
     residuals = claim.of(RESIDUALS)
-    if stated == 0.0 or residuals is None:
+    if residuals is None:
         return 0.0
     seen = residuals.observed / residuals.predicted
     if residuals in claim.rejected and seen < 1.0:
         return float(stated * np.sqrt(1.0 - seen**2))
     if claim.of(NEIGHBOURS) not in claim.rejected:
         return 0.0
-    return float(stated * max(seen, 1.0))
+    return float(np.hypot(stated * max(seen, 1.0), of_groups))
 
 
 def beyond_stated(examined) -> float:
