@@ -135,6 +135,9 @@ def test_one_adjustment_places_all_models_near_the_bundle(block, published):
     away = check["height"] / adjusted["standard_error_height"]
     assert away.abs().max() < 3.0
     assert found.simultaneous.s_0 == pytest.approx(1.0, abs=0.15)
+    said = " ".join(found.summary().split())
+    assert "two steps: approximate coordinates as they were given" in said
+    assert "from the high flight" not in said
 
 
 def test_leave_one_out_over_the_control(block):

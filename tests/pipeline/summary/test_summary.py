@@ -87,9 +87,11 @@ def test_verdict_of_a_block_without_new_points(good_result):
     figures = replace(
         good_result.figures, n_new=0, mean_paper=np.nan, mean_total=np.nan
     )
-    assert verdict(changed(good_result, figures=figures).assessment).endswith(
-        ": no new points"
-    )
+    said = verdict(changed(good_result, figures=figures).assessment)
+    # 23 of them: what check points are missed by says more than what was fitted
+    assert said.startswith("Demo (simulated): 2")
+    assert "known points, no new ones; check points: " in said
+    assert said.endswith(" cm (total, RMS)")
 
 
 def test_verdict_says_failed_models(faulty_result):

@@ -8,6 +8,7 @@ from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.choice import SIMULTANEOUS, TWO_STEP
 from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.assessment.evidence.claim import KNOWN, LEFT_OUT
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.assessment.facts.precision import (
     SimultaneousPrecision,
@@ -64,6 +65,11 @@ ADJUSTED_BOUND = mark("{figure} (total, simultaneous adjustment; stated {stated}
 ADJUSTED_ENLARGED = mark(
     "{figure} (total, simultaneous adjustment, enlarged by s_0; stated {stated})"
 )
+NO_NEW = mark(
+    "{n:known point|known points}, no new ones; {quantity}: {rms} (total, RMS)"
+)
+# differences at known points, those first that a fit has not made smaller
+SAYS_MOST = (KNOWN["check"], LEFT_OUT, KNOWN["control"])
 
 
 def verdict(assessment) -> str:
@@ -75,7 +81,7 @@ def verdict_on(assessment) -> str:
     """Say the verdict without the name of the block."""
     precision, credible = assessment.precision, assessment.credible
     parts = [
-        _new_points(precision, credible),
+        _new_points(precision, credible, assessment.known_points.differences),
         _spread(assessment),
         _better(assessment.better),
         _heights(assessment.credible_heights),
@@ -86,13 +92,21 @@ def verdict_on(assessment) -> str:
     return "; ".join(filter(None, parts))
 
 
-def _new_points(precision, credible):
-    """How many there are, and how good they are."""
+def _new_points(precision, credible, known):
+    """How many there are, and how good they are; without any, how good known ones."""
     if precision.n_new:
         new = translated("{n:new point|new points}", n=precision.n_new)
+    elif known:
+        quantity, _, rms = min(known, key=lambda row: SAYS_MOST.index(row[0]))
+        said = {"quantity": translated(quantity), "rms": length(rms)}
+        return translated(NO_NEW, n=_n_known(known), **said)
     else:
         new = translated("no new points")
     return f"{new}{_how_good(precision, credible)}"
+
+
+def _n_known(known):
+    return sum(n for quantity, n, _ in known if quantity != LEFT_OUT)
 
 
 def _spread(assessment):

@@ -88,6 +88,7 @@ class SimultaneousPrecision:
     two_steps: Figures | None  # None where the two steps are not possible
     impossible: str  # why they are not; empty where they are
     comparison: Comparison | None  # None where no point was computed both ways
+    has_high_flight: bool  # the two steps' approximate coordinates come from it
     n_new: int
     n_coverages: int
     s_0: float
@@ -166,6 +167,7 @@ def simultaneous_precision(examined) -> SimultaneousPrecision:
         two_steps=_mean_figures(beside.figures) if beside.is_possible else None,
         impossible="" if beside.is_possible else beside.reason,
         comparison=_comparison(examined.points),
+        has_high_flight=examined.block.high_flight is not None,
         n_new=figures.n_new,
         n_coverages=examined.block.low_flight.n_coverages,
         s_0=float(adjusted.s_0),

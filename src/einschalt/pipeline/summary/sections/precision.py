@@ -128,6 +128,10 @@ TWO_STEPS = mark(
     "two steps: approximate coordinates from the high flight, the low flight "
     "transformed onto them (two_step_easting, two_step_northing)."
 )
+TWO_STEPS_GIVEN = mark(
+    "two steps: approximate coordinates as they were given, the low flight transformed "
+    "onto them (two_step_easting, two_step_northing)."
+)
 APART = mark(
     "The two methods differ by {rms} (total, RMS), most at {worst}: {largest}."
 )
@@ -340,11 +344,12 @@ def _two_ways(facts):
     if facts.two_steps is None:
         reason = retold(" ".join(facts.impossible.split()))
         return (translated(IMPOSSIBLE, reason=reason),)
+    two_steps = translated(TWO_STEPS if facts.has_high_flight else TWO_STEPS_GIVEN)
     if (apart := facts.comparison) is None:
-        return (translated(TWO_STEPS),)
+        return (two_steps,)
     sizes = {"rms": length(apart.rms), "largest": length(apart.largest)}
     differ = translated(APART, worst=names([apart.worst]), **sizes)
-    return translated(TWO_STEPS), differ
+    return two_steps, differ
 
 
 def ways(choice) -> Section:
