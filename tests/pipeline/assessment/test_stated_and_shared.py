@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.truth.disturbed_blocks import onto_grouped_approximations
 
+from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.pipeline.summary.summary import summarize
@@ -79,4 +80,10 @@ def test_independent_errors_keep_their_figure(block):
     truth[PLANE] += rng.normal(scale=OWN / np.sqrt(2.0), size=(len(truth), 2))
     result = densify(replace(block, approximate_points=truth))
     assert result.claim.is_supported
-    assert result.examination.credible.value < 0.05
+    figure, true = result.examination.credible, true_error(result, block)
+    assert figure.reason is Reason.ASSUMED
+    assert not figure.is_lower_bound
+    # that of the budget was 0.85 times the true one
+    assert figure.value == pytest.approx(true, rel=0.08)
+    first = summarize(result).splitlines()[0]
+    assert first.endswith("errors of approximate points taken for independent)")

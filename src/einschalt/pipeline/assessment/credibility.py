@@ -42,6 +42,8 @@ class Reason(StrEnum):
     PROPAGATED = "propagated"  # it counts what points share, and nothing contradicts it
     CONTRADICTED = "contradicted"  # measurements contradict the propagated figure
     BUDGET = "budget"  # nothing else is known, and nothing contradicts it
+    # given approximate points taken for independent, which nothing contradicts
+    ASSUMED = "assumed"
     BUDGET_CONTRADICTED = "budget_contradicted"
     # models have taken up what residuals do not show of the errors that were stated
     STATED = "stated"
@@ -85,7 +87,12 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     elif has_credible_propagation(examined):
         value, reason = total, Reason.PROPAGATED
     elif np.isnan(total) and claim.is_supported and not _ratios_beyond(examined):
-        value, reason = np.fmax(paper, _beside_shifts(examined)), Reason.BUDGET
+        value, reason = paper, Reason.BUDGET
+        assumed = _by_independent_errors(examined)
+        if assumed > paper:
+            value = assumed
+            is_told = not examined.has_untold_groups
+            reason = Reason.ASSUMED if is_told else Reason.BUDGET
     else:
         value, reason = _where_contradicted(examined)
     least = paper if np.isnan(total) else total
@@ -98,7 +105,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_least = reason in LEAST or examined.has_untold_groups
     column, doubt = examined.claimed_column, examined.frame.doubt
-    is_enlarged = is_least or reason is Reason.STATED
+    is_enlarged = is_least or reason in (Reason.STATED, Reason.ASSUMED)
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
         is_lower_bound=is_least or bool(doubt),
@@ -149,13 +156,15 @@ def _of_single_points(examined, enlarged):
     return float(max(factors))
 
 
-def _beside_shifts(examined) -> float:
-    """What the known sources make of the new points beside untold shifts, TOTAL [m].
+def _by_independent_errors(examined) -> float:
+    """What the known sources make of the new points, TOTAL, RMS [m].
 
-    RMS; NaN where no group has shifts of unknown size.
+    Beside shifts of groups that nothing tells, and beside whatever given approximate
+    points share otherwise. NaN where not even that is known.
     """
     model, points = examined.error_model, examined.points
-    if model is None or not examined.has_untold_groups:
+    is_asked = examined.claim.is_assumed or examined.has_untold_groups
+    if model is None or not is_asked:
         return np.nan
     errors = propagate_model(model, examined.means)
     total = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)

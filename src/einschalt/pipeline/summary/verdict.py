@@ -56,6 +56,9 @@ FAILED = mark("{n} of {n_all:model|models} failed")
 BOUND = mark("{figure} (total, {mean})")
 STATED = mark("{figure} (total, {mean}; including stated errors that models absorbed)")
 PROPAGATED = mark("{figure} (total, {mean}; {paper} by Kovarik's budget)")
+ASSUMED = mark(
+    "{figure} (total, {mean}; errors of approximate points taken for independent)"
+)
 BUDGET = mark("{paper} by Kovarik's budget (total, {mean})")
 ADJUSTED = mark("{figure} (total, simultaneous adjustment)")
 ADJUSTED_BESIDE = mark(
@@ -159,6 +162,8 @@ def _how_good(facts: TwoStepPrecision, credible):
         message = BOUND
     elif credible.reason is Reason.STATED:
         message = STATED
+    elif credible.reason is Reason.ASSUMED:
+        message = ASSUMED
     else:
         message = PROPAGATED if credible.reason is Reason.PROPAGATED else BUDGET
     return f", {translated(message, **said)}"

@@ -110,10 +110,15 @@ BELIEVE_STATED = mark(
     "Use the figure of the first line: it also includes the stated errors of the "
     "approximate points, which models have absorbed and residuals do not show."
 )
+BELIEVE_ASSUMED = mark(
+    "Use the figure of the first line: errors of all sources, those of the approximate "
+    "points taken for independent. Errors that these share are not in it."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
     Reason.STATED: BELIEVE_STATED,
+    Reason.ASSUMED: BELIEVE_ASSUMED,
 }
 SIMULTANEOUS = mark(
     "simultaneous: all models of all flights and the control in one adjustment; stated "
