@@ -1,6 +1,7 @@
 """From a block to densified coordinates: a list of calls."""
 
 from einschalt.foundations.blas_threads import one_blas_thread
+from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.language import in_english
 from einschalt.foundations.limited_memory import (
     is_memory_limited,
@@ -11,6 +12,9 @@ from einschalt.pipeline.assessment.choice import (
     SIMULTANEOUS,
     TWO_STEP,
     solve_the_better_way,
+)
+from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
+    with_exchanged_names,
 )
 from einschalt.pipeline.block.memory import require_memory
 from einschalt.pipeline.block.output_system import with_output_system
@@ -90,10 +94,18 @@ def densify(
             found = {"examined": examined, "choice": choice}
             solution = examined.solution
         else:
-            solution, found = SOLVERS[settings.method](*asked), {}
+            solution, found = _solved(*asked), {}
         report_progress(Stage.DONE)
     found["compares_methods"] = compares_methods
     return kind(solution, stopwatch, **found)
+
+
+def _solved(block, settings, flights, report_progress):
+    """The solution of one method; what spoils its photographs is named if it fails."""
+    try:
+        return SOLVERS[settings.method](block, settings, flights, report_progress)
+    except GeometryError as error:
+        raise with_exchanged_names(error, block, flights) from error
 
 
 def _require_possible(block, settings):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
 )
@@ -97,3 +98,13 @@ def test_a_gross_error_of_one_image_point_is_no_exchange(block):
     points.loc[row, "y"] += np.array([3.0])
     spoilt = replace(block, low_flight=replace(measured, image_points=points))
     assert find_exchanged_image_names(densify(spoilt).examination) == ()
+
+
+def test_an_adjustment_that_is_refused_names_them():
+    """It did not converge, and only the two steps told why."""
+    clean = simulate_block("demo", seed=7300, geometry=GEOMETRY)
+    spoilt = exchanged(clean, "low_flight", "1/2/4", ("1046", "1029"))
+    with pytest.raises(
+        GeometryError, match=r"exchanged in .*: 10\d\d, 10\d\d \(1/2/4\)"
+    ):
+        densify(spoilt, spoilt.settings.updated({"method": "simultaneous"}))

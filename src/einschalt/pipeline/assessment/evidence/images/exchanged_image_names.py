@@ -14,7 +14,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.errors import name_some
 from einschalt.foundations.frame_columns import values_of
+from einschalt.pipeline.densification.result_tables import of_orientations
 from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
@@ -59,6 +61,34 @@ def find_exchanged_image_names(examined) -> tuple[ExchangedImageNames, ...]:
                 (name, frozenset(exchange.points), exchange.images), exchange
             )
     return tuple(sorted(found.values(), key=lambda each: -each.sigma_0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Oriented:
+    """A block whose flights were oriented, and nothing more."""
+
+    block: object
+    orientations: pd.DataFrame
+    orientation_residuals: pd.DataFrame
+
+
+def with_exchanged_names(error, block, flights):
+    """The same error, naming exchanged image points as its cause where there are any.
+
+    ``flights`` are the orientations of each flight.
+    """
+    tables = of_orientations(flights)
+    del tables["orientation_errors"]
+    found = find_exchanged_image_names(_Oriented(block, **tables))
+    if not found:
+        return error
+    pairs = name_some(
+        f"{', '.join(each.points)} ({' / '.join(each.images)})" for each in found
+    )
+    return error.with_facts(
+        remedy="Put right the names of points that are exchanged in photographs: "
+        f"{pairs}"
+    )
 
 
 def _in_flight(examined, name, flight):
