@@ -6,7 +6,7 @@ reason.
 
 import textwrap
 
-from einschalt.pipeline.planning.kovarik_1971 import (
+from einschalt.pipeline.planning.tables.kovarik_1971 import (
     compare_conclusions,
     compare_with_print,
 )

@@ -24,6 +24,16 @@ ROOMS = [
     "simulation",
     "planning",
 ]
+# the same of pipeline/planning/
+ROOMS_OF_PLANNING = [
+    "flights",
+    "tables",
+    "estimate",
+    "propagation",
+    "choice",
+    "ground",
+    "area",
+]
 # the same of interfaces/
 ROOMS_OF_INTERFACES = [
     "provenance",
@@ -132,22 +142,27 @@ def test_imports_point_down():
     assert not offences, listed(offences)
 
 
-def room_of(module):
-    parts = module.split(".")
-    is_inside = parts[:2] == ["einschalt", "pipeline"] and len(parts) > 2
-    return ROOMS.index(parts[2]) if is_inside else None
+def room_of(module, floor, rooms):
+    inside = f"einschalt.{floor}."
+    if not module.startswith(inside):
+        return None
+    return rooms.index(module.removeprefix(inside).split(".")[0])
 
 
-def test_rooms_of_the_pipeline_are_in_their_order():
-    inside = [path for path in MODULES if stem(path).startswith("pipeline/")]
+@pytest.mark.parametrize(
+    ("floor", "rooms"),
+    [("pipeline", ROOMS), ("pipeline.planning", ROOMS_OF_PLANNING)],
+)
+def test_rooms_of_the_pipeline_are_in_their_order(floor, rooms):
+    inside = floor.replace(".", "/") + "/"
     offences = []
-    for path in inside:
-        if path.name == "__init__.py":
+    for path in MODULES:
+        if path.name == "__init__.py" or not stem(path).startswith(inside):
             continue
         module = "einschalt." + stem(path)[:-3].replace("/", ".")
         for other in imported_modules(path):
-            room = room_of(other)
-            if room is not None and room > room_of(module):
+            room = room_of(other, floor, rooms)
+            if room is not None and room > room_of(module, floor, rooms):
                 offences.append(f"{module}: {other}")
     assert not offences, listed(offences)
 

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import app
-from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
 
 ROOT = Path(__file__).parents[1]
 SECTIONS = dict(

@@ -44,16 +44,18 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
     )
-    from einschalt.pipeline.planning.arguments import PlanCosts as PlanCosts
-    from einschalt.pipeline.planning.flight_design import FlightDesign as FlightDesign
-    from einschalt.pipeline.planning.precision_table import (
+    from einschalt.pipeline.planning.estimate.search import PlanChoices as PlanChoices
+    from einschalt.pipeline.planning.estimate.search import PlanFrame as PlanFrame
+    from einschalt.pipeline.planning.flights.costs import PlanCosts as PlanCosts
+    from einschalt.pipeline.planning.flights.flight_design import (
+        FlightDesign as FlightDesign,
+    )
+    from einschalt.pipeline.planning.tables.precision_table import (
         optimal_scale as optimal_scale,
     )
-    from einschalt.pipeline.planning.precision_table import (
+    from einschalt.pipeline.planning.tables.precision_table import (
         plan_precision as plan_precision,
     )
-    from einschalt.pipeline.planning.search import PlanChoices as PlanChoices
-    from einschalt.pipeline.planning.search import PlanFrame as PlanFrame
     from einschalt.pipeline.settings import Settings as Settings
     from einschalt.pipeline.simulation.simulate_block import (
         BlockGeometry as BlockGeometry,
@@ -98,15 +100,15 @@ _HOME = {
     "adjust_block": "einschalt.pipeline.densification.simultaneous",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
-    "plan_precision": "einschalt.pipeline.planning.precision_table",
-    "optimal_scale": "einschalt.pipeline.planning.precision_table",
+    "plan_precision": "einschalt.pipeline.planning.tables.precision_table",
+    "optimal_scale": "einschalt.pipeline.planning.tables.precision_table",
     "expect_precision": "einschalt.interfaces.python_plans",
-    "FlightDesign": "einschalt.pipeline.planning.flight_design",
+    "FlightDesign": "einschalt.pipeline.planning.flights.flight_design",
     "find_plans": "einschalt.interfaces.python_plans",
     "plan_area": "einschalt.interfaces.python_plans",
-    "PlanChoices": "einschalt.pipeline.planning.search",
-    "PlanFrame": "einschalt.pipeline.planning.search",
-    "PlanCosts": "einschalt.pipeline.planning.arguments",
+    "PlanChoices": "einschalt.pipeline.planning.estimate.search",
+    "PlanFrame": "einschalt.pipeline.planning.estimate.search",
+    "PlanCosts": "einschalt.pipeline.planning.flights.costs",
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.truth.long_form.planning import DESIGNS, true_squares
 
-from einschalt.pipeline.planning.advice.effort import flights_of
-from einschalt.pipeline.planning.expected_precision import expect_precision
+from einschalt.pipeline.planning.estimate.effort import flights_of
+from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 from einschalt.theory.planning.expected_precision import expected_parts
 
 SHORT = ["film 1:6000, 200 m", "UltraCam 1:25000, 300 m", "UAV 36 mm 1:24000, 200 m"]

@@ -1,4 +1,4 @@
-"""What the names in the JSON of a plan and in its GeoPackage mean.
+"""What names in the JSON of a plan, in its GeoPackage and in simulations mean.
 
 A row of a plan has the names of its table, whose meanings are those of the columns in
 ``plan_column_meanings``; here is the rest.
@@ -153,6 +153,24 @@ PLAN_JSON = {
     },
 }
 """By part, and by name: the unit where it has one, and the meaning."""
+SIMULATED = "simulate --json, repetitions.csv"
+OF_SIMULATIONS = {
+    "seed": ("", "number from which points and errors of a block are drawn"),
+    "planned": ("m", "TOTAL that the plan expects of the new points, RMS"),
+    "error_total": ("m", "computed less true coordinates of the new points, RMS"),
+    "error_total_by_chance": (
+        "m",
+        (
+            "standard deviation of error_total from block to block: points share "
+            "errors, and few are independent"
+        ),
+    ),
+    "share_in_ellipses": (
+        "",
+        "share of the new points whose true position lies in their ellipse (95 %)",
+    ),
+    "n_repetitions": ("", "how many blocks were simulated and computed"),
+}
 OF_AREA_LAYER = {
     "square_km": ("km²", "size of the area"),
     "reached_m": ("m", "TOTAL at the place of the target, propagated on the layout"),
@@ -217,6 +235,8 @@ def meanings_of_name(name) -> Iterator[Meaning]:
     for part, named in PLAN_JSON.items():
         if name in named and part != "next_best":
             yield Meaning(f"{JSON}, {part}".removesuffix(", "), *named[name])
+    if name in OF_SIMULATIONS:
+        yield Meaning(SIMULATED, *OF_SIMULATIONS[name])
     if name in OF_AREA_LAYER:
         yield Meaning(f"{PACKAGE}, area", *OF_AREA_LAYER[name])
     if name in OF_LAYERS:
@@ -225,5 +245,5 @@ def meanings_of_name(name) -> Iterator[Meaning]:
 
 def names_of_figures() -> frozenset[str]:
     """All names of the JSON and of the GeoPackage that no table has alone."""
-    parts = (*PLAN_JSON.values(), OF_AREA_LAYER, OF_LAYERS)
+    parts = (*PLAN_JSON.values(), OF_SIMULATIONS, OF_AREA_LAYER, OF_LAYERS)
     return frozenset(name for part in parts for name in part)

@@ -53,9 +53,11 @@ if TYPE_CHECKING:
     import geopandas
 
     from einschalt.pipeline.planning.area.recommended import AreaPlan
-    from einschalt.pipeline.planning.expected_precision import ExpectedPrecision
-    from einschalt.pipeline.planning.flight_design import FlightDesign
-    from einschalt.pipeline.planning.search import PlanFrame
+    from einschalt.pipeline.planning.estimate.search import PlanFrame
+    from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+    from einschalt.pipeline.planning.propagation.expected_precision import (
+        ExpectedPrecision,
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

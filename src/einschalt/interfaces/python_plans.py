@@ -11,12 +11,13 @@ from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.pipeline.block.block import plain_fields
-from einschalt.pipeline.planning import expected_precision, search
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.recommended import AreaPlan
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanChoices, PlanFrame
+from einschalt.pipeline.planning.estimate import search
+from einschalt.pipeline.planning.estimate.search import PlanChoices, PlanFrame
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.propagation import expected_precision
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -206,9 +206,11 @@ def test_lists_of_whole_numbers_have_no_decimals():
     assert given == [["5,9"], ["1,2"], ["2,1"]]
     with pytest.raises(Exception, match="'2,5' may be two numbers or one"):
         plan.make_context("plan", ["--high-over-low", "2,5"])
+    with pytest.raises(Exception, match="'8,000' may be thousands, two numbers or one"):
+        plan.make_context("plan", ["--scale-number", "8,000"])
 
 
-IN_HELP = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]|\b(0 to 1)\b")
+IN_HELP = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]|\b(0 to 1|1:N)\b")
 
 
 def test_units_of_options_are_those_of_their_help():

@@ -67,6 +67,18 @@ def test_a_system_named_by_its_number_alone_is_told(invoke, export, tmp_path):
     assert "[block] crs = 31255: " in shown.stdout
 
 
+@pytest.mark.parametrize("scale", ["8000", "1:8000", "15000", "1:15000"])
+def test_a_scale_that_the_models_do_not_have_is_told(invoke, export, tmp_path, scale):
+    """1:8000 was taken without a word, and m_g held to be wrong for it later."""
+    given = (*files_of(export), "--crs", "EPSG:31255", *KNOWN, "--high-scale", scale)
+    shown = invoke("init", tmp_path / "new", *given)
+    assert shown.exit_code == 0, shown.output
+    note = "Note: 7 models against the ground: 1:15000, and not 1:8000. m_g counts"
+    assert (note in shown.stdout) == scale.endswith("8000")
+    block = find_problems(tmp_path / "new").block
+    assert block.high_flight.scale_number == float(scale.removeprefix("1:"))
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx", ".gpkg"])
 def test_files_make_a_block_that_check_accepts(
     invoke, export, block_folder, tmp_path, suffix

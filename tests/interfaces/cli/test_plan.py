@@ -12,8 +12,8 @@ import einschalt as es
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
 from einschalt.interfaces.cli.plan_values import costs_of
-from einschalt.pipeline.planning.arguments import PlanCosts
-from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.costs import PlanCosts
 from einschalt.theory.planning.kovarik_precision import EDGES
 from einschalt.theory.planning.leverage import PLANNED_KINDS
 

@@ -241,3 +241,16 @@ def test_pointings_have_one_name(invoke):
         said = invoke("plan", *options).stdout
         assert "pointing" in said
         assert not re.search(r"\bsettings?\b", said)
+
+
+@pytest.mark.parametrize("repeat", [(), ("--repeat", 2)])
+def test_every_name_of_a_simulation_is_explained(repeat, invoke, tmp_path):
+    preset = ("--width", 6000, "--height", 6000, "--seed", 3, *repeat)
+    shown = invoke("simulate", *preset, "--output", tmp_path / "out", "--json")
+    assert shown.exit_code == 0, shown.stderr
+    names = {*json.loads(shown.stdout)["figures"]}
+    if repeat:
+        names |= {*pd.read_csv(tmp_path / "out" / "repetitions.csv").columns}
+    assert "seed" in names
+    for name in sorted(names):
+        assert invoke("explain", name).exit_code == 0, name

@@ -20,10 +20,10 @@ from einschalt.interfaces.files.plan_file import (
     write_plan_file,
 )
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.simulated_plan import PlannedBlock
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanFrame
+from einschalt.pipeline.planning.estimate.search import PlanFrame
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 CORNER = np.array([500_000.1 / 3.0, 5_300_000.0 / 7.0])
 RING = np.array([(0, 0), (8200, 900), (9000, 5200), (4800, 7600), (600, 6000)], float)

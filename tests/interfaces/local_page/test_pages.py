@@ -74,7 +74,7 @@ def test_a_result_leads_to_its_report_and_to_others(visit, results):
 
 
 def test_sliders_answer_as_the_planning_does(visit, root):
-    from einschalt.pipeline.planning.search import PlanChoices, find_plans
+    from einschalt.pipeline.planning.estimate.search import PlanChoices, find_plans
 
     choices = PlanChoices(
         scale_number=(6000.0,),

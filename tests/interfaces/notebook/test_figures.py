@@ -20,9 +20,9 @@ from einschalt.interfaces.reports.planning_figures import diagrams_figure
 from einschalt.interfaces.reports.plans_figure import plans_figure
 from einschalt.interfaces.reports.precision_map_figure import precision_map_figure
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.planning.arguments import planned_model
-from einschalt.pipeline.planning.check import check_plans
-from einschalt.pipeline.planning.precision_table import precision_table
+from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.flights.arguments import planned_model
+from einschalt.pipeline.planning.tables.precision_table import precision_table
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 

@@ -14,12 +14,16 @@ from einschalt.interfaces.reports.plans_figure import plans_figure
 from einschalt.interfaces.reports.precision_map_figure import precision_map_figure
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.recommended import plan_area, search_over
-from einschalt.pipeline.planning.arguments import planned_model
-from einschalt.pipeline.planning.check import check_plans
-from einschalt.pipeline.planning.expected_precision import expect_precision
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.precision_table import precision_table
-from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.estimate.search import (
+    PlanChoices,
+    PlanFrame,
+    find_plans,
+)
+from einschalt.pipeline.planning.flights.arguments import planned_model
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
+from einschalt.pipeline.planning.tables.precision_table import precision_table
 
 AXES = {
     "scale_number": [6000, 8000, 12000],

@@ -18,8 +18,8 @@ from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.layout import FLIGHTS, lay_out
 from einschalt.pipeline.planning.area.recommended import propagate
 from einschalt.pipeline.planning.area.simulated_plan import PlannedBlock
-from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.simulation.repetitions import true_errors
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 

@@ -12,10 +12,13 @@ import numpy as np
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.planning.advice.effort import flights_of
-from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
-from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.estimate.effort import flights_of
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.propagation.expected_precision import (
+    expect_precision,
+    zones_of,
+)
 from einschalt.pipeline.simulation.repetitions import true_errors
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.planning.expected_precision import expected_parts

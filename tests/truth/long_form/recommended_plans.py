@@ -13,7 +13,6 @@ from tests.truth.long_form.area_plans import CAMERAS_OF, star_shaped
 from tests.truth.long_form.figures import Figure, Table, of_blocks
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.pipeline.planning.advice.finer_choices import REFINED
 from einschalt.pipeline.planning.area.layout import lay_out
 from einschalt.pipeline.planning.area.recommended import (
     plan_area,
@@ -21,15 +20,16 @@ from einschalt.pipeline.planning.area.recommended import (
     search_over,
 )
 from einschalt.pipeline.planning.area.tried_layouts import design_over
-from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.check import check_plans, design_of
-from einschalt.pipeline.planning.expected_precision import expect_precision
-from einschalt.pipeline.planning.search import (
+from einschalt.pipeline.planning.choice.check import check_plans, design_of
+from einschalt.pipeline.planning.choice.finer_choices import REFINED
+from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
-    PlanCosts,
     PlanFrame,
     find_plans,
 )
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.costs import PlanCosts
+from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
 N_REQUESTS, N_OVER_AREAS = 200, 50
 WITH_OTHER_POINTS = 1.02

@@ -55,8 +55,8 @@ def init(
     ] = False,
     crs: _asked(str, "System of the coordinates, such as EPSG:31255.") = None,
     name: _asked(str, "Name of the block.") = None,
-    high_scale: _asked(float, "Scale number of the high flight.") = None,
-    low_scale: _asked(float, "Scale number of the low flight.") = None,
+    high_scale: _asked(float, "Scale number of the high flight, N of 1:N.") = None,
+    low_scale: _asked(float, "Scale number of the low flight, N of 1:N.") = None,
     high_m_g_um: _asked(
         float, "TOTAL error of one setting of the high flight [µm]."
     ) = None,

@@ -19,6 +19,7 @@ METRES = {
     "ft": 0.3048,  # the international one, as heights of flights are told in
 }
 SHARE = "0 to 1"  # which may be given as 60%
+SCALE = "1:N"  # of which N is taken, as answers write scales
 # units of options by the names of their arguments, which no two commands take
 # otherwise; a test compares them with what help says
 OPTIONS = {
@@ -33,10 +34,12 @@ OPTIONS = {
     ),
     "µm": ("m_g_um", "high_m_g_um", "low_m_g_um", "gross_error_um"),
     SHARE: ("forward_overlap", "side_overlap"),
+    SCALE: ("high_scale", "low_scale"),
 }
 UNITS = {name: unit for unit, names in OPTIONS.items() for name in names}
 # lists of whole numbers, in which no comma can be a decimal one
 WHOLE_NUMBERS = {"n_settings", "n_coverages", "control_per_model"}
+OF_SCALE = re.compile(r"1\s*:\s*(\d+)")
 PER_CENT = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*%")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PIECE = re.compile(rf"({NUMBER})\s*({'|'.join(METRES)})?(?![^\s,:x×])")
@@ -101,6 +104,12 @@ def with_decimal_points(text, *, is_one):
     if is_one:
         _refuse_thousands(text)
         return WITH_COMMA.sub(r"\1.\2", text) if WITH_COMMA.fullmatch(text) else text
+    if _may_be_one(text) and THOUSANDS.fullmatch(text.strip()):
+        raise WrongValueError(
+            f"{text!r} may be thousands, two numbers or one",
+            expected="a number that is read in one way only",
+            remedy=f"Write {text.replace(',', '')!r} or {text.replace(',', ';')!r}",
+        )
     if _may_be_one(text):
         as_list, as_number = text.replace(",", ";"), text.replace(",", ".")
         raise WrongValueError(
@@ -175,6 +184,8 @@ def _of_option(option, text, options):
 def _as_number(text, unit, is_one):
     if unit == SHARE and (share := PER_CENT.fullmatch(text.strip())):
         return f"{float(share[1].replace(',', '.')) / 100.0:.12g}"
+    if unit == SCALE and (scale := OF_SCALE.fullmatch(text.strip())):
+        return scale[1]
     if is_one is not None:
         text = with_decimal_points(text, is_one=is_one)
     elif WITH_COMMA.fullmatch(text) and not text[-1].isdecimal():
@@ -185,4 +196,4 @@ def _as_number(text, unit, is_one):
             expected="a decimal point",
             remedy=f"Write {point!r}",
         )
-    return text if unit in (None, SHARE) else in_unit(text, unit)
+    return text if unit in (None, SHARE, SCALE) else in_unit(text, unit)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.cli.plan_values import Asked
-from einschalt.pipeline.planning.precision_table import (
+from einschalt.pipeline.planning.estimate.text import describe_table
+from einschalt.pipeline.planning.tables.precision_table import (
     best_columns,
     break_even_columns,
     frame_of,
     precision_table,
 )
-from einschalt.pipeline.planning.text import describe_table
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,21 +16,21 @@ from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
-from einschalt.pipeline.planning.advice.effort import describe_effort
-from einschalt.pipeline.planning.advice.finer_choices import REFINED
-from einschalt.pipeline.planning.advice.further_effort import describe_efforts
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
-from einschalt.pipeline.planning.arguments import RANGES, checked_number
-from einschalt.pipeline.planning.check import check_plans
-from einschalt.pipeline.planning.expected_precision import expect_precision
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import (
+from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.choice.finer_choices import REFINED
+from einschalt.pipeline.planning.estimate.effort import describe_effort
+from einschalt.pipeline.planning.estimate.further_effort import describe_efforts
+from einschalt.pipeline.planning.estimate.search import (
     ALLOWED_CHOICES,
     PlanChoices,
     PlanFrame,
     find_plans,
 )
-from einschalt.pipeline.planning.text import ONE_COVERAGE
+from einschalt.pipeline.planning.estimate.text import ONE_COVERAGE
+from einschalt.pipeline.planning.flights.arguments import RANGES, checked_number
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)

@@ -7,7 +7,7 @@ from einschalt.foundations.tables import check_table
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.interfaces.files.tables_by_suffix import read_table
-from einschalt.pipeline.planning import terrain as terrain_forecast
+from einschalt.pipeline.planning.tables import terrain as terrain_forecast
 from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIGHTS
 
 

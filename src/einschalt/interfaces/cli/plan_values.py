@@ -10,12 +10,12 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.cli.typed_options import option_of
-from einschalt.pipeline.planning.arguments import (
-    PlanCosts,
+from einschalt.pipeline.planning.flights.arguments import (
     checked_number,
     planned_model,
 )
-from einschalt.pipeline.planning.cameras import CAMERAS, CameraPreset
+from einschalt.pipeline.planning.flights.cameras import CAMERAS, CameraPreset
+from einschalt.pipeline.planning.flights.costs import PlanCosts
 from einschalt.theory.planning.kovarik_precision import PlannedModel
 
 MOST_STEPS = 1_000_000

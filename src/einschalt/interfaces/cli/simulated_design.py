@@ -6,7 +6,10 @@ from functools import partial
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.cli.plan_values import flight_of, sides_and_distance
 from einschalt.interfaces.cli.typed_options import option_of
-from einschalt.pipeline.planning.flight_design import RIM_OVER_SIDE, FlightDesign
+from einschalt.pipeline.planning.flights.flight_design import (
+    RIM_OVER_SIDE,
+    FlightDesign,
+)
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.repetitions import Experiment

@@ -22,6 +22,7 @@ OTHER_NAMES = {
     "spacing": "point_spacing",
     "m_g_um": "low_m_g_um",
     "kind": "transformation",
+    "n_repetitions": "repeat",
 }
 OTHER_NAMES |= {
     new: old for old, new in OTHER_NAMES.items() if "gross_error" not in new

@@ -286,8 +286,10 @@ def _zone_of(degrees):
         raise ProjectionError(
             f"the area reaches from {low[1]:g}° to {high[1]:g}° of latitude and from "
             f"{low[0]:g}° to {high[0]:g}° of longitude",
-            expected=f"{FARTHEST_SOUTH:g}° to {FARTHEST_NORTH:g}°, where UTM is",
-            remedy="Name the plane system of the plan: --crs",
+            expected=f"{FARTHEST_SOUTH:g}° to {FARTHEST_NORTH:g}° of latitude, where "
+            "UTM is, and -180° to 180° of longitude",
+            remedy="Name the plane system of the plan: --crs; or plan parts on both "
+            "sides of 180° by themselves",
         )
     if high[0] - low[0] > WIDEST:
         raise ProjectionError(

@@ -14,6 +14,7 @@ from einschalt.interfaces.files.block_parts import (
 from einschalt.interfaces.files.block_toml import BLOCK_FILE, write_block_toml
 from einschalt.interfaces.files.camera_toml import write_camera
 from einschalt.interfaces.files.output_folder import (
+    OR_OVERWRITE,
     InputFiles,
     Output,
     require_free,
@@ -43,8 +44,7 @@ def require_block_place(folder, names=(BLOCK_FILE,), *, overwrite=False):
             raise OutputError(
                 f"the folder holds {name} already",
                 expected="a new folder for the block",
-                remedy="Name another folder, or write with overwrite=True "
-                "(on the command line --overwrite)",
+                remedy=OR_OVERWRITE,
                 file=folder,
             )
     output = Output(Source("block"), frozenset(names), InputFiles(), overwrite)

@@ -12,7 +12,7 @@ from einschalt.foundations.errors import FileError, ProjectionError, raise_probl
 from einschalt.foundations.projections import label_of, read_crs
 from einschalt.interfaces.files.input_files import read_once, require_text
 from einschalt.interfaces.files.tables_by_suffix import read_table
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 LIST_SUFFIXES = (".xyz", ".csv", ".txt", ".parquet")

@@ -27,10 +27,10 @@ from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
 from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.simulated_plan import PlannedBlock, another_row
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanFrame
+from einschalt.pipeline.planning.estimate.search import PlanFrame
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 PLAN_FILE, HEIGHTS_FILE, ROWS_FILE = "plan.json", "ground_heights.parquet", "plans.csv"
 FORMAT = 1

@@ -18,15 +18,15 @@ from einschalt.interfaces.local_page.pages import (
     worked,
 )
 from einschalt.interfaces.local_page.refusals import RefusedError
-from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.check import design_of
-from einschalt.pipeline.planning.expected_precision import expect_precision
-from einschalt.pipeline.planning.search import (
+from einschalt.pipeline.planning.choice.check import design_of
+from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
     PlanFrame,
     find_plans,
 )
-from einschalt.pipeline.planning.text import LIMITS
+from einschalt.pipeline.planning.estimate.text import LIMITS
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
 CAMERA = "film_wide"
 HALF_TO_TWICE = (0.5, 2.0)

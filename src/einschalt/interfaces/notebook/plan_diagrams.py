@@ -21,7 +21,7 @@ from einschalt.interfaces.notebook.axes import (
 )
 from einschalt.interfaces.reports.plans_figure import draw_plans, plans_title
 from einschalt.interfaces.reports.precision_map_figure import by_place
-from einschalt.pipeline.planning.expected_precision import SOURCE_TEXT
+from einschalt.pipeline.planning.propagation.expected_precision import SOURCE_TEXT
 
 PLANE = ["easting", "northing"]
 CURVES = (

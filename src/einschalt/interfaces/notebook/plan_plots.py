@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from einschalt.pipeline.planning.expected_precision import ExpectedPrecision
-    from einschalt.pipeline.planning.search import PlanSearch
+    from einschalt.pipeline.planning.estimate.search import PlanSearch
+    from einschalt.pipeline.planning.propagation.expected_precision import (
+        ExpectedPrecision,
+    )
 
 
 class ExpectedPlots:

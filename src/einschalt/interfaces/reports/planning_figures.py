@@ -19,7 +19,7 @@ from einschalt.interfaces.reports.figure_files import (
     panels,
 )
 from einschalt.interfaces.reports.figure_style import EDGE, INK
-from einschalt.pipeline.planning.text import KIND_TEXT
+from einschalt.pipeline.planning.estimate.text import KIND_TEXT
 
 MOST_SPACINGS, MOST_M_0, MOST_PAIRS = len(ORDERED), 2, 8
 MOST_BARS = 6

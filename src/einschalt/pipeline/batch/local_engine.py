@@ -68,14 +68,19 @@ class Engine(Protocol):
         """Call the function with each task; yield answers as they come."""
 
 
-def run_in_order(engine, function, tasks) -> list:
+def run_in_order(engine, function, tasks, *, answered=None) -> list:
     """Call a function with each task, and give the values in the order of the tasks.
 
     The same for every engine and any number of processes; raises what the first task
-    that failed (in their order) has raised.
+    that failed (in their order) has raised. ``answered(number)`` is called after each
+    answer with how many there are.
     """
-    tasks = list(tasks)
-    answers = sorted(engine.answers(function, tasks), key=lambda answer: answer.place)
+    answers = []
+    for answer in engine.answers(function, list(tasks)):
+        answers.append(answer)
+        if answered is not None:
+            answered(len(answers))
+    answers.sort(key=lambda answer: answer.place)
     for answer in answers:
         if answer.error is not None:
             raise answer.error

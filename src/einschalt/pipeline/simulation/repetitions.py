@@ -23,6 +23,7 @@ from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 CONFIDENCE = 0.95
 PAIRS_DRAWN = 4000
+SIMULATING = mark("simulating blocks")
 COLUMNS = [
     *("seed", "n_points", "error_total", "standard_error_total"),
     *("standard_error_paper", "standard_error_internal", "share_in_ellipses"),
@@ -56,14 +57,16 @@ class _Repetition:
     seed: int
 
 
-def repeat_simulation(experiment, n_repetitions, engine, *, first_seed=0):
+def repeat_simulation(
+    experiment, n_repetitions, engine, *, first_seed=0, progress=None
+):
     """Simulate and compute blocks, and set truth against claim.
 
     One row per repetition, with ``first_seed`` and the next ones: seed, n_points (new
     points), error_total (RMS of computed less true), standard_error_total,
     standard_error_paper, standard_error_internal (RMS of what is claimed), all TOTAL
     [m]; share_in_ellipses: of the new points whose true position lies in their 95 %
-    ellipse, NaN where none are claimed.
+    ellipse, NaN where none are claimed. ``progress(title, fraction)`` is told.
     """
     if n_repetitions not in range(1, 10**7):
         raise SettingsError(
@@ -71,7 +74,12 @@ def repeat_simulation(experiment, n_repetitions, engine, *, first_seed=0):
         )
     seeds = range(first_seed, first_seed + n_repetitions)
     tasks = [_Repetition(experiment, seed) for seed in seeds]
-    rows = run_in_order(engine, run_repetition, tasks)
+
+    def answered(number):
+        if progress is not None:
+            progress(SIMULATING, number / len(tasks))
+
+    rows = run_in_order(engine, run_repetition, tasks, answered=answered)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

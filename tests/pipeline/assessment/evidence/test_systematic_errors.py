@@ -20,7 +20,7 @@ from einschalt.pipeline.assessment.findings.systematic_errors import (
     strained_network_of_adjustment,
 )
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block

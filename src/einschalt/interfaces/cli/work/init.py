@@ -1,5 +1,6 @@
 """What ``einschalt init`` does."""
 
+import math
 import os
 import sys
 from pathlib import Path
@@ -52,6 +53,7 @@ ANSWERS = {
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
 LARGEST_CONTROL_ERROR = 10.0  # metres
+OTHER_SCALE = 0.1  # of logarithms: relief makes less
 ASSUMED = "assumed, since no file tells: correct it"
 
 
@@ -76,9 +78,10 @@ def init(
     columns = {key: column for key, column in columns.items() if column is not None}
     said = Said(columns, decimal=options.pop("decimal"), crs=options["crs"])
     found = _look([*(files or []), *(more or [])], folder, said)
-    proposal = propose(found, {})
-    proposal = propose(found, _given(options, proposal))
+    guessed = propose(found, {})
+    proposal = propose(found, _given(options, guessed))
     _show(proposal)
+    _say_of_other_scales(proposal, guessed)
     _require_answers(proposal, yes)
     for question in proposal.questions:
         value, reason = _answer(question, yes)
@@ -200,6 +203,21 @@ def _show(proposal):
     for table in proposal.left_out:
         held = f"{table.title} ({table.description})"
         print_out(translated("left out: {table}", table=held))
+
+
+def _say_of_other_scales(proposal, guessed):
+    """Say where models have another scale on the ground than the one that was given."""
+    for (section, key), guess in proposal.values.items():
+        found = guessed.values.get((section, key))
+        if key != "scale_number" or guess is None or found is None:
+            continue
+        if abs(math.log(guess.value / found.value)) > OTHER_SCALE:
+            message = mark(
+                "Note: {reason}, and not 1:{given}. m_g counts in the photographs: "
+                "right only if coordinates were measured in another scale than theirs."
+            )
+            given, reason = f"{guess.value:g}", retold(found.reason)
+            print_out(translated(message, reason=reason, given=given))
 
 
 def _require_answers(proposal, yes):

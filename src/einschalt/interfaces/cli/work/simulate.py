@@ -4,7 +4,7 @@ from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report
-from einschalt.interfaces.cli.progress import late_progress
+from einschalt.interfaces.cli.progress import late_progress, late_steps
 from einschalt.interfaces.cli.simulated_design import Asked, asked_of
 from einschalt.interfaces.files.block_writing import require_block_place
 from einschalt.interfaces.files.output_folder import held_folder
@@ -76,7 +76,9 @@ def _repeat(asked: Asked, count, seed, engine, output, *, overwrite):
     names = (REPETITIONS, PROVENANCE)
     place = output_of_question("simulate", facts, names, overwrite=overwrite)
     with held_folder(output, place):
-        table = repeat_simulation(asked.experiment, count, engine, first_seed=seed)
+        with late_steps() as progress:
+            given = {"first_seed": seed, "progress": progress}
+            table = repeat_simulation(asked.experiment, count, engine, **given)
         write_tables_of(
             place, output, lambda new: write_table(table, new / REPETITIONS)
         )

@@ -15,6 +15,7 @@ from einschalt.pipeline.planning.area.photographs import (
     reach_of,
     stations,
 )
+from einschalt.pipeline.planning.flights.costs import COLUMN_OF_ITEM
 
 RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
 LOWER_IS_SAID = 0.5  # metres
@@ -138,9 +139,13 @@ def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
         "setting": settings,
         "control_point": len(layout.control),
     }
-    prices = [float(getattr(frame.costs, item)) for item in amounts]
+    items = list(COLUMN_OF_ITEM)
     table = pd.DataFrame(
-        {"item": list(amounts), "amount": list(amounts.values()), "price": prices}
+        {
+            "item": items,
+            "amount": [amounts[item] for item in items],
+            "price": [float(getattr(frame.costs, item)) for item in items],
+        }
     )
     return table.assign(cost=table["amount"] * table["price"])
 

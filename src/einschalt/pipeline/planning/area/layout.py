@@ -6,8 +6,16 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number, scale
-from einschalt.pipeline.planning.advice.points_in_models import downwards
-from einschalt.pipeline.planning.flight_design import usable_model
+from einschalt.pipeline.planning.estimate.possible_layouts import (
+    FEWEST_POINTS,
+    FEWEST_ROWS,
+    MOST_MODELS,
+    largest_scale,
+    models_over,
+    widest_spacing,
+)
+from einschalt.pipeline.planning.flights.flight_design import usable_model
+from einschalt.pipeline.planning.flights.points_in_models import downwards
 from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
@@ -23,7 +31,6 @@ LEAST_SHARE = 0.25
 """Of the model in the area: smaller ones are flown only where nothing else covers."""
 LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
 SAME_STRIP = 1e-6  # of half a model: models whose middles differ less are in one strip
-MOST_MODELS = 20_000
 NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
 """Of a lattice of control so dense that a model of the high flight, its whole overlap,
 holds enough of it wherever it lies."""
@@ -31,7 +38,6 @@ REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
 LEAST_POINTS = 4
-FEWEST_POINTS, FEWEST_ROWS = 12, 3
 SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
 
 
@@ -146,27 +152,6 @@ def require_size(area, design):
             "or more, and plan each of them; or give larger scale numbers, for which "
             "--max-height must leave room",
         )
-
-
-def models_over(size, model, scale_number, n_coverages):
-    """Estimate how many models of the low flight an area takes, ``size`` [m²]."""
-    along, across = model.image_format
-    neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
-    return n_coverages * size / (neat * scale_number**2)
-
-
-def largest_scale(width, size, model):
-    """Scale number of the largest model of the low flight that an area takes.
-
-    As far as an area may be narrower than a model, ``width`` [m], or smaller, [m²].
-    """
-    usable = usable_model(model)
-    return min(2.0 * width / min(usable), np.sqrt(2.0 * size / np.prod(usable)))
-
-
-def widest_spacing(width, size):
-    """Largest distance of points that gives an area enough of them [m]."""
-    return min(width / FEWEST_ROWS, np.sqrt(size / FEWEST_POINTS))
 
 
 def require_one_model(area, model, scale_number):

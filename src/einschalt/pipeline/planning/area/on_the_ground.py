@@ -12,7 +12,6 @@ import numpy as np
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import per_cent
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     chosen_control,
@@ -25,6 +24,7 @@ from einschalt.pipeline.planning.area.photographs import (
     planned_heights,
     reach_of,
 )
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 from einschalt.pipeline.simulation.layout import turn
 
 RISES_MORE = 1.1

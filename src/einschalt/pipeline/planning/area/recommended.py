@@ -16,11 +16,6 @@ from einschalt.foundations.typesetting import (
     table,
     wrapped,
 )
-from einschalt.pipeline.planning.advice.high_ground import remedy_above
-from einschalt.pipeline.planning.advice.points_in_models import (
-    downwards,
-)
-from einschalt.pipeline.planning.advice.possible_layouts import fits_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
@@ -30,13 +25,11 @@ from einschalt.pipeline.planning.area.flight_plan import (
     require_overlap,
     said_of_limit,
 )
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+from einschalt.pipeline.planning.area.high_ground import remedy_above
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
-    MOST_MODELS,
     AreaLayout,
     lay_out,
-    models_over,
     require_one_model,
     require_rows,
     require_size,
@@ -49,10 +42,24 @@ from einschalt.pipeline.planning.area.tried_layouts import (
     laid_out,
     require_densified,
 )
-from einschalt.pipeline.planning.arguments import flown_model
-from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
-from einschalt.pipeline.planning.expected_precision import propagate_scene
-from einschalt.pipeline.planning.search import PlanFrame, PlanSearch, find_plans
+from einschalt.pipeline.planning.choice.check import CheckedPlan, check_plans, design_of
+from einschalt.pipeline.planning.estimate.possible_layouts import (
+    MOST_MODELS,
+    fits_in,
+    models_over,
+)
+from einschalt.pipeline.planning.estimate.search import (
+    PlanFrame,
+    PlanSearch,
+    find_plans,
+)
+from einschalt.pipeline.planning.flights.arguments import flown_model
+from einschalt.pipeline.planning.flights.costs import COLUMN_OF_ITEM
+from einschalt.pipeline.planning.flights.points_in_models import (
+    downwards,
+)
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
+from einschalt.pipeline.planning.propagation.expected_precision import propagate_scene
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
@@ -60,14 +67,9 @@ MOST_LEFT_OUT = 0.002
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
 MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 3
+AT_ONCE = 2  # of layouts that take a third of a second each
 # where each takes a second or more, of areas of so many points
 LARGE, MOST_OF_LARGE = 20_000, 10
-COLUMN_OF_ITEM = {
-    "image": "images",
-    "model": "models",
-    "setting": "settings",
-    "control_point": "control_points",
-}
 ITEM_TEXT = mark_each(
     {
         "image": "photographs",
@@ -217,6 +219,7 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         most=_most_tried(area, search),
         patience=PATIENCE,
         enough=ENOUGH,
+        at_once=AT_ONCE,
         judge=judge,
         # by what the area takes, not by the estimate; ground that is too high anywhere
         # in the area refuses what would be kept

@@ -16,7 +16,6 @@ from einschalt.foundations.errors import SettingsError, name_some, raise_problem
 from einschalt.foundations.language import in_english
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     geometry_over,
@@ -34,19 +33,20 @@ from einschalt.pipeline.planning.area.tried_layouts import (
     design_over,
     laid_out,
 )
-from einschalt.pipeline.planning.cameras import CAMERAS
-from einschalt.pipeline.planning.check import CheckedPlan, design_of
-from einschalt.pipeline.planning.expected_precision import (
-    ExpectedPrecision,
-    propagate_design,
-)
-from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import (
+from einschalt.pipeline.planning.choice.check import CheckedPlan, design_of
+from einschalt.pipeline.planning.choice.trials import LAYOUT
+from einschalt.pipeline.planning.estimate.search import (
     ALLOWED_CHOICES,
     OF_MEASURING,
     PlanFrame,
 )
-from einschalt.pipeline.planning.trials import LAYOUT
+from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
+from einschalt.pipeline.planning.propagation.expected_precision import (
+    ExpectedPrecision,
+    propagate_design,
+)
 from einschalt.pipeline.simulation.layout import name_points, scatter_points, turn
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import (

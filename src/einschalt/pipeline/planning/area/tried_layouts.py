@@ -8,13 +8,8 @@ import numpy as np
 
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.typesetting import per_cent
-from einschalt.pipeline.planning.advice.points_in_models import (
-    MOST_ON_THE_GROUND,
-    downwards,
-)
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import effort, require_overlap
-from einschalt.pipeline.planning.area.ground_heights import GroundHeights
 from einschalt.pipeline.planning.area.layout import (
     SHORTEST_SIDE,
     AreaLayout,
@@ -22,9 +17,14 @@ from einschalt.pipeline.planning.area.layout import (
     require_size,
 )
 from einschalt.pipeline.planning.area.on_the_ground import over_ground
-from einschalt.pipeline.planning.check import design_of
-from einschalt.pipeline.planning.flight_design import MOST_WORK, FlightDesign
-from einschalt.pipeline.planning.trials import LAYOUT
+from einschalt.pipeline.planning.choice.check import design_of
+from einschalt.pipeline.planning.choice.trials import LAYOUT
+from einschalt.pipeline.planning.flights.flight_design import MOST_WORK, FlightDesign
+from einschalt.pipeline.planning.flights.points_in_models import (
+    MOST_ON_THE_GROUND,
+    downwards,
+)
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 FEWEST_IN_A_MODEL = 8
 """Points that a model of the checked layout holds at least; else a part is checked."""

@@ -1,0 +1,1 @@
+"""Plans estimated by closed formulas, what they take, and what would help."""

@@ -1,0 +1,1 @@
+"""What may be flown: cameras, two flights as designs, ranges of what is asked."""

@@ -1,0 +1,195 @@
+"""A planned block in its planner's words, as geometry and noise of a simulation."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Real
+
+from einschalt.foundations.arguments import described
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning.flights.arguments import (
+    checked_number,
+    flown_model,
+)
+from einschalt.pipeline.planning.flights.points_in_models import require_points
+from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.theory.planning.expected_precision import models_per_point
+from einschalt.theory.planning.kovarik_precision import (
+    PlannedModel,
+    PlannedPrecision,
+    planned_precision,
+)
+
+HIGH_OVER_LOW_SCALE = 15_000 / 8_000  # as at Neukirchen: 1:15000 above 1:8000
+RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
+HIGH_FOOTPRINTS = 3.0
+LEAST_ROWS, MOST_ROWS = 16, 70
+SHORTEST_SIDE = BLOCK_RANGES["width"].low  # metres, of an extent that is left out
+LEAST_POINTS_PER_MODEL = 4
+MOST_WORK = 1e7
+"""Values times pairs of models at a point: a second of propagation at most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightDesign:
+    """Two planned flights: the choices of the planner and the given conditions."""
+
+    scale_number: float  # of the low flight
+    spacing: float  # mean distance of points [m]
+    m_g_um: float  # TOTAL error of a point measured in the low flight, image plane [µm]
+    # of the models of both flights: affine, helmert or rigid
+    kind: str = "affine"
+    # side of the image, or its sides along and across the strip [m]
+    image_format: float | tuple[float, float] = 0.23
+    principal_distance: float = 0.152  # [m]
+    forward_overlap: float = 0.60
+    side_overlap: float = 0.30
+    n_coverages: int = 2  # of both flights, 1 to 4
+    # shift of a coverage against the one before, in bases; 1/n_coverages where left out
+    coverage_shift: float | None = None
+    # where left out 1.875 times that of the low flight, and m_g of the low flight
+    high_scale_number: float | None = None
+    high_m_g_um: float | None = None
+    control_standard_error: float = 0.03  # TOTAL error of terrestrial control [m]
+    control_per_model: int = 5  # 5 or 9, of the high flight
+    # extent of the area [m]; where left out enough for three high-flight images
+    width: float | None = None
+    height: float | None = None
+    # values times pairs of models at a point, of the layout: beyond it points are
+    # thinned
+    most_work: float = MOST_WORK
+
+    def __post_init__(self):
+        """Check the values that the simulation does not know by these names."""
+        for name in ("scale_number", "spacing", "m_g_um", "principal_distance"):
+            checked_number(name, getattr(self, name))
+        for name in ("scale_number", "m_g_um"):
+            if (value := getattr(self, f"high_{name}")) is not None:
+                _checked_of_high_flight(name, value)
+        if self.scale_of_high_flight <= self.scale_number:
+            raise SettingsError(
+                f"high_scale_number = {self.scale_of_high_flight:g}, with a low flight "
+                f"of {self.scale_number:g}",
+                expected="a high flight of a smaller image scale",
+                remedy="Give the larger denominator to the high flight",
+            )
+        _check_work(self.most_work)
+        require_points(self.model, self.scale_number, self.spacing)
+        self.geometry()
+        self.noise()
+
+    @cached_property
+    def model(self) -> PlannedModel:
+        """The planned model of the low flight, its edge by the rule of 1971."""
+        return flown_model(self)
+
+    @property
+    def scale_of_high_flight(self) -> float:
+        """Scale number of the high flight, where None has been replaced."""
+        if self.high_scale_number is not None:
+            return float(self.high_scale_number)
+        return HIGH_OVER_LOW_SCALE * self.scale_number
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height of the area, where None has been replaced [m]."""
+        footprint = self.scale_of_high_flight * max(self.model.image_format)
+        least, most = LEAST_ROWS * self.spacing, MOST_ROWS * self.spacing
+        usual = min(max(HIGH_FOOTPRINTS * footprint, least), most)
+        usual = max(usual, SHORTEST_SIDE)
+        given = (self.width, self.height)
+        width, height = (usual if side is None else float(side) for side in given)
+        return width, height
+
+    @property
+    def work_of_a_point(self) -> float:
+        """Values times pairs of models at a point, of all coverages."""
+        return (self.n_coverages * models_per_point(self.model)) ** 3
+
+    @property
+    def layout_spacing(self) -> float:
+        """Distance of the points of the layout [m].
+
+        Where dozens of models hold a point it is larger than planned: fewer points,
+        with the same control, make the same errors, to some 2 %, if models are fitted
+        on each as on the mean of all for which it stands.
+        """
+        width, height = self.extent
+        work = width * height / self.spacing**2 * self.work_of_a_point
+        return float(self.spacing) * max(1.0, work / self.most_work) ** 0.5
+
+    def geometry(self) -> BlockGeometry:
+        """Return the layout of both flights over the area."""
+        return self._geometry
+
+    @cached_property
+    def _geometry(self):
+        along, across = self.model.image_format
+        width, height = self.extent
+        return BlockGeometry(
+            width=width,
+            height=height,
+            point_spacing=self.layout_spacing,
+            high_scale_number=self.scale_of_high_flight,
+            low_scale_number=float(self.scale_number),
+            image_format=along,
+            image_format_across=across,
+            principal_distance=float(self.principal_distance),
+            forward_overlap=float(self.forward_overlap),
+            side_overlap=float(self.side_overlap),
+            unusable_rim=_rim(self.model),
+            n_coverages=self.n_coverages,
+            coverage_shift=self.coverage_shift,
+            control_per_model=self.control_per_model,
+            # as few points as possible, each measured wherever it shows
+            control_reach=1.0,
+            shares_control=True,
+            least_points_per_model=LEAST_POINTS_PER_MODEL,
+            transformation=self.kind,
+        )
+
+    def noise(self) -> BlockNoise:
+        """Return the errors of control and measurements."""
+        given = self.high_m_g_um
+        return BlockNoise(
+            control_standard_error=float(self.control_standard_error),
+            high_m_g_um=self.m_g_um if given is None else given,
+            low_m_g_um=float(self.m_g_um),
+        )
+
+    def after_kovarik(self, m_0: float) -> PlannedPrecision:
+        """Precision after Kovarik's formula and edge.
+
+        ``m_0`` is the TOTAL error of the approximate coordinates [m].
+        """
+        m_g = self.m_g_um * METRES_PER_UM
+        return planned_precision(self.scale_number, self.spacing, m_0, m_g, self.model)
+
+
+def usable_model(model) -> tuple[float, float]:
+    """Measurable extent of a model along and across its strip [m in the image]."""
+    along, across = model.image_format
+    rims = 2.0 * _rim(model)
+    return model.forward_overlap * along - rims, across - rims
+
+
+def _rim(model):
+    return min(model.image_format) * RIM_OVER_SIDE
+
+
+def _check_work(most_work):
+    """See that a limit is one; infinite is none, which is allowed."""
+    is_number = isinstance(most_work, Real) and not isinstance(most_work, bool)
+    if not is_number or not most_work > 0.0:
+        raise SettingsError(
+            f"most_work = {described(most_work)}", expected="a number above 0"
+        )
+
+
+def _checked_of_high_flight(name, value):
+    try:
+        checked_number(name, value)
+    except SettingsError as error:
+        raise error.with_facts(found=f"high_{error.found}") from None

@@ -1,0 +1,1 @@
+"""The precision of a planned block, by propagation on its layout."""

@@ -1,0 +1,1 @@
+"""Tables of precision before a flight, after the formula of 1971."""

@@ -1,0 +1,63 @@
+"""Plans that are tried beside each other."""
+
+import numpy as np
+import pytest
+
+from einschalt.foundations import batches
+from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.choice.trials import LAYOUT, Trials
+from einschalt.pipeline.planning.estimate.search import (
+    PlanChoices,
+    PlanFrame,
+    find_plans,
+)
+
+FRAME = PlanFrame()
+CHOICES = PlanChoices(
+    scale_number=(6800, 8100, 9500, 11200), spacing=(250,), m_g_um=(10,)
+)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return find_plans(0.05, CHOICES, FRAME)
+
+
+def _trials(found):
+    return Trials(found.plans, found.target, patience=3, enough=2)
+
+
+def test_the_next_ones_are_those_that_come_where_all_turn_out_as_expected(found):
+    one_by_one, together = _trials(found), _trials(found)
+    first, second = together.next_ones(2)
+    assert one_by_one.next().name == first.name
+    one_by_one._expect(first)
+    assert one_by_one.next().name == second.name
+    assert tuple(first[list(LAYOUT)]) != tuple(second[list(LAYOUT)])
+
+
+def test_expectations_are_forgotten(found):
+    trials = _trials(found)
+    likely, n_left = trials.likely(), trials.is_left.sum()
+    plans = trials.next_ones(2)
+    np.testing.assert_array_equal(trials.likely(), likely)
+    assert trials.kept == trials.missed == []
+    assert trials.errors.shown == []
+    # other settings on their layouts may still be tried
+    assert trials.is_left.sum() == n_left - 2
+    assert not trials.is_left[[plan.name for plan in plans]].any()
+
+
+def test_no_more_than_there_are(found):
+    few = Trials(found.plans.head(1), found.target, patience=3, enough=2)
+    assert len(few.next_ones(2)) == 1
+    assert few.next_ones(2) == []
+
+
+def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
+    told = []
+    for n_cores in (1, 2, 5):
+        monkeypatch.setattr(batches, "_n_own_cores", lambda n=n_cores: n)
+        checked = check_plans(found, FRAME, at_once=2)
+        told.append((checked.plan.name, checked.reached, checked.dropped))
+    assert told[0] == told[1] == told[2]
