@@ -170,6 +170,14 @@ MEANINGS = mark_each(
         "external reliability": (
             "What a gross error that stays unseen does to the coordinates."
         ),
+        "error ellipse": (
+            "The ellipse about a point in which its true position lies with a given "
+            "probability, as far as the errors that are known tell."
+        ),
+        "bundle adjustment": (
+            "The adjustment of all images at once, by the rays of their points. This "
+            "program adjusts models instead."
+        ),
         "gross error": (
             "A mistake, such as a wrong point, name or reading, and no error of "
             "measuring."

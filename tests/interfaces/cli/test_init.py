@@ -67,6 +67,21 @@ def test_a_system_named_by_its_number_alone_is_told(invoke, export, tmp_path):
     assert "[block] crs = 31255: " in shown.stdout
 
 
+def test_a_column_that_is_not_used_is_told(invoke, export, tmp_path):
+    as_written = {"sep": ";", "encoding": "cp1252"}
+    table = pd.read_csv(export / "Punkte.csv", dtype=str, **as_written)
+    table["Standardabweichung"] = "0,02"
+    table.to_csv(tmp_path / "Punkte.csv", index=False, **as_written)
+    flights = files_of(export)[2:]
+    files = ("--from", tmp_path / "Punkte.csv", *flights)
+    given = (*files, "--crs", "EPSG:31255", *KNOWN)
+    shown = invoke("init", tmp_path / "new", *given)
+    assert shown.exit_code == 0, shown.output
+    notes = [one for one in shown.stdout.split("\n") if one.startswith("note: ")]
+    assert len(notes) == 1
+    assert notes[0].endswith("Punkte.csv: ignored column Standardabweichung")
+
+
 @pytest.mark.parametrize("scale", ["8000", "1:8000", "15000", "1:15000"])
 def test_a_scale_that_the_models_do_not_have_is_told(invoke, export, tmp_path, scale):
     """1:8000 was taken without a word, and m_g held to be wrong for it later."""

@@ -89,7 +89,7 @@ def init(
     text = block_text(proposal, folder, name or Path(folder).resolve().name)
     write_text(make_folder(folder) / BLOCK_FILE, f"{head}{text}")
     _write_schema(folder, schema)
-    _check(folder)
+    _check(folder, [note for table in proposal.tables.values() for note in table.notes])
 
 
 def _impossible(options):
@@ -283,11 +283,12 @@ def _is_terminal():
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def _check(folder):
-    """Say what is wrong with the block that was written."""
+def _check(folder, shown):
+    """Say what is wrong with the block that was written, and notes not shown before."""
     found = find_problems(folder)
+    shown = tuple(map(retold, shown))  # with names of files as they were given
     for line in problem_list.problem_lines(found):
-        if not line.startswith("note"):
+        if not line.startswith("note") or not line.endswith(shown):
             print_out(line)
     report(folder / BLOCK_FILE, n_problems=len(found.problems))
     report_problems(*found.problems)
