@@ -1,6 +1,7 @@
 """Progress on standard error."""
 
 import sys
+import threading
 from types import SimpleNamespace
 
 from einschalt.foundations import kernels
@@ -40,6 +41,28 @@ def test_few_lines_of_many_steps(capsys, monkeypatch):
         for k in range(1001):
             report("laying out plans", k / 1000)
     assert capsys.readouterr().err.splitlines() == TENTHS
+
+
+def test_a_step_that_takes_long_is_shown_in_its_midst(capsys, monkeypatch):
+    """Eleven seconds went by in silence, since the only step had begun at once."""
+    monkeypatch.setattr(progress, "PATIENCE", 0.05)
+    shown = threading.Event()
+    few_lines = progress._few_lines
+
+    def telling():
+        line = few_lines()
+
+        def told(title, fraction):
+            line(title, fraction)
+            shown.set()
+
+        return told
+
+    monkeypatch.setattr(progress, "_few_lines", telling)
+    with progress.late_steps() as report:
+        report("laying out plans", 0.25)
+        assert shown.wait(30.0)
+    assert capsys.readouterr().err == " 25%  laying out plans\n"
 
 
 def test_nothing_when_quiet(capsys):

@@ -5,6 +5,7 @@ import sys
 import time
 from contextlib import contextmanager
 from datetime import datetime, timedelta
+from threading import Timer
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
@@ -60,15 +61,29 @@ def of_whole_work(show):
 
 @contextmanager
 def late_steps():
-    """Give what shows a title and a fraction once a second has passed."""
-    begin = time.monotonic()
+    """Give what shows a title and a fraction once a second has passed.
+
+    A step that takes longer than that is shown in its midst.
+    """
+    begin, last = time.monotonic(), []
     with stage_progress(is_quiet=False) as show:
 
         def late(title, fraction):
+            last[:] = [(title, fraction)]
             if time.monotonic() - begin > PATIENCE:
                 show(title, fraction)
 
-        yield late
+        def show_last():
+            for step in tuple(last):
+                show(*step)
+
+        waiting = Timer(PATIENCE, show_last)
+        waiting.daemon = True
+        waiting.start()
+        try:
+            yield late
+        finally:
+            waiting.cancel()
 
 
 @contextmanager

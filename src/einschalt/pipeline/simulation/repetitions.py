@@ -79,6 +79,7 @@ def repeat_simulation(
         if progress is not None:
             progress(SIMULATING, number / len(tasks))
 
+    answered(0)
     rows = run_in_order(engine, run_repetition, tasks, answered=answered)
     return pd.DataFrame(rows, columns=COLUMNS)
 

@@ -110,3 +110,10 @@ def test_what_a_narrow_area_is_advised_can_be_laid_out(width):
     require_rows(area, spacing)
     with pytest.raises(GeometryError):
         require_rows(area, 1.02 * spacing)
+
+
+def test_several_parts_are_told_by_their_middle():
+    parts = [shapely.box(x, 5.3e6, x + 4000.0, 5.304e6) for x in (440e3, 560e3 - 4e3)]
+    area = FlightArea(shapely.MultiPolygon(parts), "EPSG:25832")
+    assert "longitude 9.000°" in area.describe()
+    assert "longitude 8.2" in FlightArea(parts[0], "EPSG:25832").describe()

@@ -137,8 +137,10 @@ class FlightArea:
         """
         if self.crs is None:
             return None
-        inside = self.shape.representative_point()
-        degrees = degrees_of(inside.x, inside.y, read_crs(self.crs))
+        # of one part a point inside, of several the middle of them all
+        is_one = self.shape.geom_type == "Polygon"
+        there = self.shape.representative_point() if is_one else self.shape.centroid
+        degrees = degrees_of(there.x, there.y, read_crs(self.crs))
         if not np.isfinite(degrees).all():
             return None
         longitude, latitude = (figure(one, ".3f") for one in degrees)
