@@ -3,9 +3,15 @@
 import numpy as np
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
+from einschalt.pipeline.assessment.evidence.control.suspects import (
+    LARGE_SPREAD,
+    coverages_stand_out,
+    points_far_apart,
+    residuals_not_yet_named,
+    residuals_stand_out,
+)
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
@@ -14,22 +20,21 @@ from einschalt.pipeline.assessment.findings.kinds import (
     first_names,
     row_keys,
 )
-from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
+from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 # an m_g this many times the given one is no measuring error, nor is the given one if it
 # is this many times what shows
 GROSS = 3.0
-LARGE_SPREAD = 5.0
 FLIGHTS = ("high_flight", "low_flight")
 
 
 def suspect_observations(examined):
     """Observations with residuals that chance does not explain: gross errors."""
-    residuals = _not_yet_named(examined)
+    residuals = residuals_not_yet_named(examined)
     p_value = residuals["p_value"].to_numpy(dtype=float)
     # a suspect of one model in a thousand is chance: the worst must stand out of all
-    if not any_significant(p_value, FINDING_SIGNIFICANCE):
+    if not residuals_stand_out(examined):
         return None
     suspects = residuals[residuals["is_suspect"]].sort_values("p_value")
     if suspects.empty:
@@ -80,15 +85,6 @@ def undecided_points(two_step, found):
     return first_names(names)
 
 
-def _not_yet_named(examined):
-    """Residuals of all but the gross measurements, where a finding names these."""
-    residuals, found = examined.residuals, examined.named_measurements
-    if found.empty:
-        return residuals
-    columns = list(OBSERVATION)
-    return residuals[~rows_among(residuals, found, columns)]
-
-
 def _observations(rows, largest):
     """Names and facts of observations, the worst first."""
     return {
@@ -128,7 +124,7 @@ def coverages_that_differ(examined):
     n_tested = examined.screening.n_tested
     # one good point in a thousand is a suspect: the worst must stand out of all
     is_tested = np.isfinite(p_value).any()
-    if is_tested and not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):
+    if not coverages_stand_out(examined):
         return None
     miss = _lengths(suspects, "difference")
     order = np.argsort(-miss, kind="stable")
@@ -148,13 +144,10 @@ def coverages_that_differ(examined):
 def points_that_differ(examined):
     """Points whose models or coverages lie far apart: gross errors."""
     points = examined.points
-    spread = points["spread_total"].to_numpy(dtype=float)
-    if not np.isfinite(spread).any():
+    is_large = points_far_apart(examined)
+    if not is_large.any():
         return None
-    usual = float(np.nanmedian(spread))
-    is_large = spread > LARGE_SPREAD * usual
-    if usual == 0.0 or not is_large.any():
-        return None
+    usual = float(points["spread_total"].median())
     far = points.loc[is_large].sort_values("spread_total", ascending=False)
     largest = float(far["spread_total"].iloc[0])
     return finding(

@@ -16,6 +16,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     where_it_matters,
 )
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 PLAN = ["easting", "northing"]
 
@@ -76,18 +77,21 @@ def test_the_largest_of_several():
     assert found == Displacement(0.2, 3.0)
 
 
-def fake(points, s_0=1.0):
+def fake(points, s_0=1.0, p_value=np.nan):
     table = pd.DataFrame({"point_id": list("abcd"), **points, "role": "new"})
     table = table.assign(spread_total=0.1, is_suspect=table["point_id"] == "d")
-    table = table.assign(n_models=2)
+    table = table.assign(n_models=2, p_value=p_value)
     return SimpleNamespace(
         points=table,
         solution=SimpleNamespace(points=table),
         figures=SimpleNamespace(mean_within=0.1),
         stated_height=np.nan,
         adjustment=SimpleNamespace(s_0=s_0),
-        residuals=table[["point_id", "is_suspect"]],
+        residuals=table[["point_id", "is_suspect", "p_value"]],
         suspects=set(),
+        coverages=table[["point_id", "is_suspect", "p_value"]],
+        screening=SimpleNamespace(n_tested=4),
+        named_measurements=table.iloc[:0],
         is_possible=True,
         means=SimpleNamespace(points=table, used=pd.concat([table, table])),
         high=None,
@@ -96,10 +100,28 @@ def fake(points, s_0=1.0):
 
 
 def test_suspects_may_be_where_the_other_flight_has_them():
-    one = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
+    one = fake({"easting": np.zeros(4), "northing": np.zeros(4)}, p_value=1e-5)
     one.two_step = one
     # d alone is a suspect: 3 m of four points, and the spread across
     assert moved_by_suspects(one).plan == pytest.approx(1.5, rel=0.01)
+
+
+def test_suspects_that_do_not_stand_out_of_all_tests_move_nothing():
+    one = fake({"easting": np.zeros(4), "northing": np.zeros(4)}, p_value=5e-4)
+    one.two_step = one
+    assert moved_by_suspects(one) == NOTHING
+    # what a finding names counts, whichever test it was
+    one.suspects = {"d"}
+    assert moved_by_suspects(one).plan > 1.0
+
+
+def test_a_clean_block_is_not_doubted_for_a_suspect_that_chance_makes():
+    # 1 of 922 residuals with p 1.2e-5: none of the block's findings names it
+    block = simulate_block("demo", seed=930009)
+    result = densify(block, block.settings.updated({"method": "simultaneous"}))
+    assert result.residuals["is_suspect"].sum() == 1
+    assert result.assessment.claim_is_supported
+    assert not result.assessment.credible.is_lower_bound
 
 
 @pytest.mark.parametrize(("s_0", "expected"), [(1.0, 1.9950), (50.0, 1.9799)])

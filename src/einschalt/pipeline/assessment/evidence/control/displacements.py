@@ -14,6 +14,7 @@ import pandas as pd
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.control.suspects import suspects_by_chance
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 
 # of the claimed figure: what must come to it, so that chance in single points does
@@ -86,7 +87,8 @@ def moved_by_suspects(examined) -> Displacement:
     """How far suspects among the new points lie from their other values.
 
     From the approximate coordinates, or from what their models say if one of them is
-    wrong, beyond what is usual in the block.
+    wrong, beyond what is usual in the block. Suspects that chance makes in a block with
+    many models do not count.
     """
     two_step = examined.two_step
     if not two_step.is_possible:
@@ -96,6 +98,7 @@ def moved_by_suspects(examined) -> Displacement:
         examined.points.loc[examined.points["is_suspect"], "point_id"],
         residuals.loc[residuals["is_suspect"].astype(bool), "point_id"],
     )
+    suspects -= suspects_by_chance(examined) - examined.suspects
     points = examined.points
     rows = np.flatnonzero(is_among(points["point_id"], suspects))
     squares = apart_from(points, _approximations(two_step, suspects)) ** 2
