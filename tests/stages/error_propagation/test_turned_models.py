@@ -14,6 +14,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     BlockNoise,
     simulate_block,
 )
+from einschalt.stages.error_propagation import turned_models
 
 GROUND = ["easting", "northing", "height"]
 CONTROL_ERROR = 0.02  # of each coordinate [m]
@@ -98,3 +99,21 @@ def test_values_that_may_leave_the_tangent_are_less_known(results):
         pairs = np.column_stack([rows, rows])
         found = model.covariances_of_values(pairs)
         assert np.isfinite(found[of_poor]).all()
+
+
+def test_covariances_of_models_are_formed_once_for_weights_and_screening(monkeypatch):
+    formed, form = [], turned_models._of_scale_and_rotation
+
+    def counted(*asked):
+        formed.append(asked)
+        return form(*asked)
+
+    monkeypatch.setattr(turned_models, "_of_scale_and_rotation", counted)
+    result = densify(block_on_a_line(40))
+    assert len(formed) == 1
+    # other sizes of errors are not taken for those that are known
+    model = result.examination.error_model
+    larger = {name: 2.0 * size for name, size in model.standard_errors.items()}
+    rows = np.arange(10)
+    found = replace(model, standard_errors=larger).beyond_linear(rows)
+    np.testing.assert_allclose(found, 16.0 * model.beyond_linear(rows), rtol=1e-9)

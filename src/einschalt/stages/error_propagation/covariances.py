@@ -51,7 +51,7 @@ class SharedCovariances:
 
     def steps_of(self, chains):
         """Steps of chains, which several questions about the same points need."""
-        key, kept = _identity(chains), self._steps
+        key, kept = identity_of(chains), self._steps
         if kept is None or kept[0] != key:
             # chains are kept, so that another matrix cannot have the identity of theirs
             self._steps = kept = key, chains, _Steps.of(chains)
@@ -64,7 +64,7 @@ class SharedCovariances:
         ``size`` numbers stand in a bundle.
         """
         sizes = [standard_errors[name] for name in chains]
-        key, kept = (size, _identity(chains), tuple(map(id, sizes))), self._kept
+        key, kept = (size, identity_of(chains), tuple(map(id, sizes))), self._kept
         is_same = kept is not None and kept.key == key
         places = kept.met.places_of(met) if is_same else None
         if places is not None:
@@ -88,7 +88,7 @@ class _Kept(NamedTuple):
     joint: dict[str, np.ndarray]
 
 
-def _identity(chains):
+def identity_of(chains):
     """What tells chains apart: names, and matrices of each product."""
     return tuple(
         (name, tuple(_key(one, len(one.factors)) for one in chain.products))

@@ -6,15 +6,39 @@ they leave the tangent by is metres: beside it the weights of a mean would take 
 direction across the tangent for one that is known to centimetres.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from einschalt.stages.error_propagation.covariances import covariances_of_pairs
+from einschalt.stages.error_propagation.covariances import (
+    covariances_of_pairs,
+    identity_of,
+)
 from einschalt.theory.transformation.second_order import second_order_squares
 
 # points that stand for the parameters of a model: shift; scale, two angles; the third
 N_EACH, FIRST, SECOND = 3, 1, 2
+
+
+class _Kept:
+    """The last covariances that were asked for.
+
+    Matrices of chains and standard errors are told apart by their identity, as in
+    ``SharedCovariances``, and must not be changed.
+    """
+
+    def __init__(self):
+        self._last = None  # set as a whole: other threads leave it whole
+
+    def covariances(self, chains, standard_errors, compute):
+        """What ``compute`` gives of these, computed once."""
+        sizes = [standard_errors[name] for name in chains]
+        key, last = (identity_of(chains), tuple(map(id, sizes))), self._last
+        if last is None or last[0] != key:
+            # what the key identifies is kept, so that nothing else takes its identity
+            last = key, (chains, sizes), compute(chains, standard_errors)
+            self._last = last
+        return last[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +48,8 @@ class TurnedModels:
     fit: object  # of helmert_3d
     model: np.ndarray  # (n_values,)
     coordinates: np.ndarray  # (n_values, 3), NaN in models that are not usable
+    # covariances of scale and rotation, kept for weights and screening
+    kept: _Kept = field(default_factory=_Kept, repr=False)
 
     def squares(self, chains, standard_errors, rows):
         """Mean products of what values miss the linear by, (n_rows, 3, 3) [m²].
@@ -34,15 +60,19 @@ class TurnedModels:
         found = np.zeros((len(rows), 3, 3))
         is_known = np.isfinite(self.coordinates[rows]).all(axis=1)
         is_known &= np.isfinite(self.fit.scale[self.model[rows]])
-        used, model = np.unique(self.model[rows[is_known]], return_inverse=True)
-        if len(used) == 0:
+        if not is_known.any():
             return found
+        model, where = self.model[rows[is_known]], self.coordinates[rows[is_known]]
+        covariance = self.kept.covariances(chains, standard_errors, self._of_models)
+        found[is_known] = second_order_squares(self.fit, model, where, covariance)
+        return found
+
+    def _of_models(self, chains, standard_errors):
+        """Covariances of scale and rotation of all models, (n_models, 4, 4)."""
+        used = np.flatnonzero(np.isfinite(self.fit.scale))
         covariance = np.zeros((len(self.fit.scale), 4, 4))
         covariance[used] = _of_scale_and_rotation(chains, standard_errors, used)
-        found[is_known] = second_order_squares(
-            self.fit, used[model], self.coordinates[rows[is_known]], covariance
-        )
-        return found
+        return covariance
 
 
 def _of_scale_and_rotation(chains, standard_errors, models):
