@@ -1,10 +1,14 @@
-"""The word that may be meant by one that is written wrongly."""
+"""The word, or the name of a point, that may be meant by one written wrongly."""
 
+import re
 from difflib import get_close_matches
 
 from einschalt.foundations.value_descriptions import described
 
 ALIKE = 0.6  # share of letters that two words have in common
+SEPARATORS, LEADING_ZEROS = re.compile(r"[\W_]+"), re.compile(r"(?<!\d)0+(?=\d)")
+# share of right names that look misspelt as well: beyond it that is chance
+MOST_BY_CHANCE = 0.05
 
 
 def nearest(value, known, *, alike=ALIKE):
@@ -20,3 +24,41 @@ def nearest(value, known, *, alike=ALIKE):
     said = described(value).strip("'\"").casefold()
     near = get_close_matches(said, words, n=1, cutoff=alike)
     return words[near[0]] if near else None
+
+
+def names_meant(strange, right, others):
+    """Tell which of other names may be meant by strange ones, a dict.
+
+    The same but for capitals, separators and zeros that lead a number; or with two
+    neighbouring letters exchanged, unless ``right`` names turn into others so as well,
+    as numbers without gaps do.
+
+    >>> names_meant(["P-007", "1032", "48"], ["1001"], ["p7", "1302", "50"])
+    {'P-007': 'p7', '1032': '1302'}
+    >>> names_meant(["1032"], ["1012"], ["1302", "1102"])
+    {}
+    """
+    plain = {_plain(name): name for name in others}
+    exact = set(others)
+    found = {name: plain[_plain(name)] for name in strange if _plain(name) in plain}
+    by_chance = sum(_exchanged(name, exact) is not None for name in right)
+    if by_chance > MOST_BY_CHANCE * len(right):
+        return found
+    for name in strange:
+        other = _exchanged(name, exact)
+        if other is not None:
+            found.setdefault(name, other)
+    return found
+
+
+def _plain(name):
+    return LEADING_ZEROS.sub("", SEPARATORS.sub("/", name.casefold())).replace("/", "")
+
+
+def _exchanged(name, others):
+    """The other name that two neighbouring letters make when exchanged, or None."""
+    for k in range(len(name) - 1):
+        turned = name[:k] + name[k + 1] + name[k] + name[k + 2 :]
+        if turned != name and turned in others:
+            return turned
+    return None

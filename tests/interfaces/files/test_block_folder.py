@@ -216,8 +216,9 @@ def test_tables_may_lie_elsewhere(small_block, tmp_path):
 
 def test_points_may_be_unmeasured(small_block):
     text = small_block.read(CONTROL)
-    small_block.write(CONTROL, text + "LOST,13000.00,322100.00\n")
-    with pytest.raises(ConsistencyError, match="row 10, point LOST: no model of the"):
+    # which looks like PP1, a measured point without coordinates
+    small_block.write(CONTROL, text + "pp-1,13000.00,322100.00\n")
+    with pytest.raises(ConsistencyError, match="row 10, point pp-1: no model of the"):
         read_block(small_block.path)
     small_block.replace(
         "block.toml", f'"{CONTROL}"', f'"{CONTROL}"\nmay_be_unmeasured = true'

@@ -7,9 +7,12 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import written_in
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import check_block
 from einschalt.pipeline.densification.simultaneous import adjust_block
+from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
@@ -122,17 +125,47 @@ def test_widest_model_is_looked_for_within_each_coverage(demo_block):
     assert with_low(demo_block, shift).model_problems == ()
 
 
-def test_lost_points_are_said_and_may_be_allowed(demo_block):
+def test_misspelt_points_are_said_and_may_be_allowed(demo_block):
+    name = demo_block.control_points.loc[1, "point_id"]
+    wrong = f"0{name}"
+
     def rename(control):
-        control.loc[1, "point_id"] = "LOST"
+        control.loc[1, "point_id"] = wrong
         return control
 
     with pytest.raises(
-        ConsistencyError, match="point LOST: no model of the high flight"
+        ConsistencyError,
+        match=f"point {wrong}: no model of the high flight holds .* but '{name}'",
     ):
         with_control(demo_block, rename)
     allowed = replace(demo_block, may_be_unmeasured=True)
-    assert "LOST" in with_control(allowed, rename).control_points["point_id"].tolist()
+    assert wrong in with_control(allowed, rename).control_points["point_id"].tolist()
+
+
+def test_points_of_a_list_that_models_do_not_hold_are_counted(demo_block):
+    """A list of control often holds more than a block, which is no error."""
+
+    def rename(control):
+        control.loc[[1, 3], "point_id"] = ["LOST", "A 17"]
+        return control
+
+    block = with_control(demo_block, rename)
+    (note,) = [note for note in block.notes if "no model" in note]
+    n = len(block.control_points)
+    assert f"2 of {n} points lie in no model of the high flight" in note
+    assert note.endswith("LOST, A 17")
+    with written_in("de"):
+        assert f"2 von {n} Punkten liegen in keinem Modell des Hochflug" in retold(note)
+    result = densify(block)
+    assert np.isfinite(result.points["easting"]).all()
+    assert "LOST" not in set(result.points["point_id"])
+
+
+def test_names_of_another_kind_are_an_error(demo_block):
+    with pytest.raises(BlockError, match="no model of the high flight holds the point"):
+        with_control(
+            demo_block, lambda table: table.assign(point_id="X" + table["point_id"])
+        )
 
 
 def test_check_point_of_the_low_flight_alone(demo_block):
@@ -217,17 +250,18 @@ def test_image_coordinates_in_metres(demo_block):
 
 
 def test_many_lost_points_make_a_short_message(demo_block):
+    names = demo_block.control_points["point_id"][:10]
     lost = pd.DataFrame(
         {
-            "point_id": [f"LOST{k}" for k in range(5000)],
+            "point_id": [f"{'0' * k}{name}" for k in range(1, 501) for name in names],
             "easting": 13_000.0,
             "northing": 322_000.0,
             "standard_error_m": 0.03,
             "role": "control",
         }
     )
-    with pytest.raises(BlockError, match=r"point LOST0: .* in 4999 more rows"):
-        with_control(demo_block, lambda table: pd.concat([table, lost]))
+    with pytest.raises(BlockError, match=r"point 0\w+: .* in 4999 more rows"):
+        with_control(demo_block, lambda table: pd.concat([table[10:], lost]))
 
 
 def test_what_check_advises_is_what_the_adjustment_says(demo_block):

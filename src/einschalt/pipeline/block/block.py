@@ -239,8 +239,8 @@ class Block:
     notes : tuple of str
         What was ignored, filled in or reprojected while reading.
     may_be_unmeasured : bool
-        Whether control or approximate points that lie in no model are passed over
-        instead of being taken for misspelt.
+        Whether control or approximate points that lie in no model are passed over, also
+        where their names look misspelt.
     axes_told : dict of str to bool
         Whether the system in which control_points, or approximate_points, were given
         tells easting from northing where they lie; where left out, whether ``crs``

@@ -19,11 +19,11 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.facts import FLIGHTS, check_facts
+from einschalt.pipeline.block.given_points import contradictions, points_in_no_model
 from einschalt.pipeline.block.parallaxes import (
     models_without_parallaxes,
     parallax_problems,
 )
-from einschalt.pipeline.block.points_given_twice import contradictions
 from einschalt.pipeline.block.repeated_pointings import (
     average_settings,
     settings_problems,
@@ -296,7 +296,7 @@ class _Check:
         return self._sound(f"{name}.base") or is_length
 
     def points_in_models(self):
-        """Ground points that no model holds: most often a misspelt name."""
+        """Ground points that no model holds: misspelt, or merely not measured."""
         ground, flight_name = self._ground_and_flight()
         if ground is None or self.block.may_be_unmeasured:
             return
@@ -306,19 +306,12 @@ class _Check:
             in_low = is_among(frame["point_id"], self._measured("low_flight"))
             is_lost &= ~((frame["role"] == "check").to_numpy() & in_low)
 
-        def problem(place):
-            return ConsistencyError(
-                f"no model of the {flight_name.replace('_', ' ')} holds the point",
-                expected="every point in at least one model",
-                remedy="Correct its name, take the row out, or set "
-                f"may_be_unmeasured = true in [{ground}]",
-                file=self._file(ground),
-                **tables.row_location(frame, place),
-            )
-
-        rest = f"no model of the {flight_name.replace('_', ' ')} holds the points"
-        places = np.flatnonzero(is_lost)
-        self.problems += tables.listed(places, problem, rest)
+        if is_lost.any():
+            measured = self._measured(flight_name)
+            given = ground, self._file(ground), flight_name
+            problems, notes = points_in_no_model(frame, is_lost, measured, given)
+            self.problems += problems
+            self.notes += notes
 
     def _measured(self, flight_name):
         return self._model_table(flight_name)["point_id"].unique()

@@ -1,0 +1,125 @@
+"""Given points that no model holds, and those that are given twice.
+
+Lists often hold more points than a block, but the name of a point may be misspelt.
+Points that are given as known points and as approximate points show, before anything is
+computed, where one of them is wrong: of a region, or of a single point.
+"""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import ConsistencyError, name_some
+from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import encode, is_among
+from einschalt.foundations.near_words import names_meant
+from einschalt.theory.adjustment.multiple_testing import bonferroni
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+
+PLAN = ["easting", "northing"]
+MOST_NAMES = 1000  # that tell whether names look like others by chance
+
+
+def contradictions(block, control, approximate, sources):
+    """Note the points that are given in two places, farther apart than chance explains.
+
+    Parameters
+    ----------
+    block : Block
+        With the errors of the approximate coordinates; without these, there is no note.
+    control, approximate : DataFrame
+        point_id, easting, northing; control with standard_error_m (TOTAL) where it has
+        errors.
+    sources : tuple of str
+        Names of the files of both.
+
+    Returns
+    -------
+    list of str
+        One note, or none.
+    """
+    error = block.approximate_m_0_m
+    if not (isinstance(error, (int, float)) and error > 0.0):
+        return []
+    groups = ("control_points", "approximate_points")
+    shared = [block.group_errors_m.get(table, 0.0) or 0.0 for table in groups]
+    names = encode(control["point_id"])
+    place = encode(approximate["point_id"]).locate(names)[names.codes]
+    known = control[place >= 0]
+    other = values_of(approximate, PLAN)[place[place >= 0]]
+    apart = np.hypot(*(other - values_of(known, PLAN)).T)
+    own = np.zeros(len(known))
+    if "standard_error_m" in known:
+        own = known["standard_error_m"].fillna(0.0).to_numpy(dtype=float)
+    # normal errors of both coordinates: TOTAL squares are twice those of each
+    p_value = np.exp(-(apart**2) / (np.sum(np.square([error, *shared])) + own**2))
+    rows = np.flatnonzero(bonferroni(p_value) < FINDING_SIGNIFICANCE)
+    if not len(rows):
+        return []
+    rows = rows[np.argsort(-apart[rows], kind="stable")]
+    points = name_some(known["point_id"].iloc[rows])
+    note = (
+        f"{sources[1]}: {len(rows)} of {len(known)} points that {sources[0]} gives too "
+        f"lie elsewhere here, by up to {apart[rows[0]]:.3g} m, more than the stated "
+        f"errors explain: {points}"
+    )
+    return [note]
+
+
+def points_in_no_model(frame, is_lost, measured, given):
+    """Problems of names that look misspelt, and a note that counts the other points.
+
+    If no point at all is measured, names are of another kind: all of them are problems.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The given points: point_id.
+    is_lost : ndarray of bool
+        Those that no model holds.
+    measured : ndarray
+        Names that models hold.
+    given : tuple of str
+        Section of block.toml, name of the file, and name of the flight.
+
+    Returns
+    -------
+    tuple of list
+        Errors and notes.
+    """
+    ground, file, flight_name = given
+    names, flight = frame["point_id"], flight_name.replace("_", " ")
+    meant = _meant(names, is_lost, measured)
+
+    def problem(place):
+        found = f"no model of the {flight} holds the point"
+        other = meant.get(names.iloc[place])
+        if other is not None:
+            found = f"no model of the {flight} holds the point, but '{other}'"
+        return ConsistencyError(
+            found,
+            expected="every point in at least one model",
+            remedy="Correct its name, take the row out, or set "
+            f"may_be_unmeasured = true in [{ground}]",
+            file=file,
+            **tables.row_location(frame, place),
+        )
+
+    notes, is_wrong = [], is_lost
+    if not is_lost.all():
+        is_wrong = is_lost & names.isin(list(meant)).to_numpy()
+        lost = names[is_lost & ~is_wrong]
+        if len(lost):
+            notes.append(
+                f"{file}: {len(lost)} of {len(names)} points lie in no model of the "
+                f"{flight} and take no part: {name_some(lost)}"
+            )
+    rest = f"no model of the {flight} holds the points"
+    return tables.listed(np.flatnonzero(is_wrong), problem, rest), notes
+
+
+def _meant(names, is_lost, measured):
+    """Measured names without coordinates that given ones may be, a dict."""
+    measured = pd.Series(measured)
+    others = measured[~is_among(measured, names)]
+    return names_meant(names[is_lost], names[~is_lost][:MOST_NAMES], others)
