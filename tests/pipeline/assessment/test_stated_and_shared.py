@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 from tests.truth.disturbed_blocks import onto_grouped_approximations
 
 from einschalt.pipeline.assessment.credibility import Reason
@@ -87,3 +88,37 @@ def test_independent_errors_keep_their_figure(block):
     assert figure.value == pytest.approx(true, rel=0.08)
     first = summarize(result).splitlines()[0]
     assert first.endswith("errors of approximate points taken for independent)")
+
+
+def findings_of(block, errors):
+    """Findings of the block with these errors of the approximate points, by code."""
+    truth = block.truth[["point_id", *PLANE]].copy()
+    truth[PLANE] += errors
+    given = replace(block, approximate_points=truth, approximate_m_0_m=0.36)
+    result = densify(given)
+    return result, {found.code: found for found in result.assessment.findings}
+
+
+def test_coverages_that_smooth_errors_part_do_not_ask_for_a_larger_m_g(block):
+    places = block.truth[PLANE].to_numpy()
+    smooth = np.exp(-cdist(places, places) / 1500.0) + 1e-9 * np.eye(len(places))
+    rng = np.random.default_rng(2)
+    errors = np.linalg.cholesky(smooth) @ rng.standard_normal((len(places), 2))
+    result, found = findings_of(block, 0.36 / np.sqrt(2.0) * errors)
+    cause, budget = found["claim_that_does_not_stand"], found["contradicted_budget"]
+    assert budget.explained_by == cause.code
+    assert "contradicted_budget" in cause.facts["explains"]
+    text = " ".join(summarize(result).split())
+    assert "they share errors" in text
+    assert "Raise m_g_um" not in text
+
+
+def test_coverages_that_a_larger_m_g_parts_still_ask_for_it(block):
+    flight = block.low_flight
+    noise = np.random.default_rng(3).standard_normal((len(flight.model_points), 2))
+    points = flight.model_points.copy()
+    points[["x", "y"]] += 3e-3 * flight.m_g_um / np.sqrt(2.0) * noise
+    coarse = replace(block, low_flight=replace(flight, model_points=points))
+    errors = np.random.default_rng(4).normal(scale=0.02, size=(len(block.truth), 2))
+    _, found = findings_of(coarse, errors)
+    assert not found["contradicted_budget"].explained_by

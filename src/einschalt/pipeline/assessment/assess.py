@@ -6,7 +6,11 @@ from functools import singledispatch
 import numpy as np
 
 from einschalt.foundations.language import in_english
-from einschalt.pipeline.assessment.causes import ranked_causes, with_causes
+from einschalt.pipeline.assessment.causes import (
+    ranked_causes,
+    with_causes,
+    with_shared_errors,
+)
 from einschalt.pipeline.assessment.choice import (
     MethodChoice,
     adjustment_beside,
@@ -198,7 +202,7 @@ def _(examined: TwoStepExamination):
         findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
     )
     return {
-        "findings": _with_gross_errors(examined, TWO_STEP, found),
+        "findings": with_shared_errors(_with_gross_errors(examined, TWO_STEP, found)),
         "precision": two_step_precision(examined),
         "control_strain": displaced_control_facts(examined),
     }

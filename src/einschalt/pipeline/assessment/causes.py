@@ -66,6 +66,12 @@ OF_COPIES = {
     "broken_network",
     "contradicting_control",
 }
+# remedies where given approximate coordinates are not as independent as was assumed
+SHARED = {
+    "doubt_independence",
+    "shared_errors_as_stated",
+    "shared_errors_beyond_stated",
+}
 WHOLE_CAUSES = {
     "models_in_another_unit": OF_UNITS,
     "measurements_given_twice": OF_COPIES,
@@ -120,6 +126,27 @@ def with_consequences(cause, findings, explained, first=()):
         else found
         for found in findings
     )
+
+
+def with_shared_errors(findings) -> tuple[Finding, ...]:
+    """Put a budget that coverages exceed under errors that approximate points share.
+
+    Models follow smooth errors each in its own way, so that coverages come apart; no
+    measuring error makes residuals of neighbours alike, and a larger m_g mends nothing.
+    """
+    code = "claim_that_does_not_stand"
+    cause = next((found for found in findings if found.code == code), None)
+    if cause is None or cause.explained_by or cause.remedy not in SHARED:
+        return findings
+    kinds = {test["kind"] for test in cause.facts["rejected"]}
+    explained = tuple(
+        found.code
+        for found in findings
+        if found.code == "contradicted_budget" and not found.explained_by
+    )
+    if "correlation" not in kinds or not explained:
+        return findings
+    return with_consequences(cause, findings, explained)
 
 
 def _with_exchanged_image_names(findings):
