@@ -438,13 +438,23 @@ def _rows_of(chains, places):
     """
     any_chain = next(iter(chains.values()))
     picked = selection(places, any_chain.n_points, any_chain.axes)
-    yield from _products(chains, picked.matrix)
+    yield from _products(chains, picked.matrix, within=_slice_of(places, picked.axes))
 
 
-def _products(chains, picked, full=FULL):
+def _slice_of(places, axes):
+    """Rows of points that follow each other, a slice; None of others."""
+    if not len(places) or places[-1] - places[0] != len(places) - 1:
+        return None
+    if (np.diff(places) != 1).any():
+        return None
+    return slice(axes.size(int(places[0])), axes.size(int(places[-1]) + 1))
+
+
+def _products(chains, picked, full=FULL, within=None):
     """Picked rows in the product of each chain; what begins alike is shared.
 
-    They are kept sparse up to the share ``full`` of entries.
+    They are kept sparse up to the share ``full`` of entries; those ``within`` a slice
+    are taken out of the first factor without a product.
     """
     beginnings = Counter(
         _key(one, k)
@@ -458,7 +468,10 @@ def _products(chains, picked, full=FULL):
         known = max((k for k in _lengths(one) if _key(one, k) in done), default=0)
         rows = done[_key(one, known)]
         for k in range(known, len(one.factors)):
-            rows = _filled(_times(rows, one.factors[k]), full)
+            matrix = one.factors[k]
+            is_cut = k == 0 and within is not None and matrix.format == "csr"
+            rows = matrix[within] if is_cut else _times(rows, matrix)
+            rows = _filled(rows, full)
             if beginnings[_key(one, k + 1)] > 1:
                 done[_key(one, k + 1)] = rows
         return rows

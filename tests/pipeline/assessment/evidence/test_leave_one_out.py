@@ -1,19 +1,24 @@
 """Control points left out in one pass are those that were left out one by one."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
+from scipy import sparse
 
+from einschalt.pipeline.assessment.evidence import leave_one_out
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.pipeline.assessment.findings.suspects import control_that_contradicts
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.pipeline.summary.summary import sections
+from einschalt.stages.error_propagation import covariances
 from einschalt.stages.error_propagation.error_model import model_of_high_flight
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
 PLAN = ["easting", "northing"]
 DIFFERENCES = ["difference_easting", "difference_northing"]
@@ -226,3 +231,31 @@ def test_rigorous_weights_stay_those_of_the_whole_block(demo_block, kind):
         return final.loc[name, PLAN].to_numpy(dtype=float)
 
     assert_same(result, predict, 1e-7)
+
+
+def test_operators_of_flights_are_formed_once(demo_block, monkeypatch):
+    """They are most of the time and memory of thousands of control points in space."""
+    formed, form = [], leave_one_out._Prediction.of_flights.func
+
+    def counted(parts):
+        formed.append(parts)
+        return form(parts)
+
+    once = cached_property(counted)
+    once.__set_name__(leave_one_out._Prediction, "of_flights")
+    monkeypatch.setattr(leave_one_out._Prediction, "of_flights", once)
+    assert densify(demo_block).examination.left_out_control is not None
+    assert len(formed) == 1
+
+
+def test_rows_of_a_formed_product_are_cut_and_not_multiplied(monkeypatch):
+    rng = np.random.default_rng(1)
+    dense = rng.standard_normal((40, 30)) * (rng.random((40, 30)) < 0.05)
+    chain = PointOperator((sparse.csr_array(dense),), Axes.PLANE)
+    places = np.arange(5, 15)
+    ((_, any_rows),) = covariances._rows_of({"a": chain}, places[[1, 0, *range(2, 10)]])
+    monkeypatch.setattr(covariances, "_times", None)
+    ((_, rows),) = covariances._rows_of({"a": chain}, places)
+    found, expected = (sparse.csr_array(r.matrix).toarray() for r in (rows, any_rows))
+    np.testing.assert_array_equal(found, dense[10:30])
+    np.testing.assert_array_equal(found[4:], expected[4:])

@@ -104,7 +104,7 @@ def leave_out_control(examined):
     chains = parts.chains(of_control)
     found = propagate(names, chains, model.standard_errors)
     return LeftOutControl(
-        *(names, parts.differences(), chains, of_control, parts.of_flights()),
+        *(names, parts.differences(), chains, of_control, parts.of_flights),
         found.covariance,
     )
 
@@ -199,6 +199,7 @@ class _Prediction:
         own_effect = effect.masked(is_own)
         self.of_misfits = (own_effect @ self.high_fit.enlarging()).tocsr()
 
+    @cached_property
     def of_flights(self):
         """Of the measured coordinates of each flight, the differences."""
         return {
@@ -222,7 +223,7 @@ class _Prediction:
 
     def chains(self, of_control):
         """Of each source, the differences as one product."""
-        model, measured = self.model, self.of_flights()
+        model, measured = self.model, self.of_flights
         given = model.high.control.picked(of_control).chains
         chains = {name: chain.tocsr() for name, chain in given.items()}
         for name, own in ((HIGH, model.high.own), (LOW, model.own)):
