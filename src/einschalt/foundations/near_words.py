@@ -7,6 +7,7 @@ from einschalt.foundations.value_descriptions import described
 
 ALIKE = 0.6  # share of letters that two words have in common
 SEPARATORS, LEADING_ZEROS = re.compile(r"[\W_]+"), re.compile(r"(?<!\d)0+(?=\d)")
+O_BESIDE_DIGITS = re.compile(r"(?<=\d)o+|o+(?=\d)")
 # share of right names that look misspelt as well: beyond it that is chance
 MOST_BY_CHANCE = 0.05
 
@@ -29,12 +30,15 @@ def nearest(value, known, *, alike=ALIKE):
 def names_meant(strange, right, others):
     """Tell which of other names may be meant by strange ones, a dict.
 
-    The same but for capitals, separators and zeros that lead a number; or with two
+    The same but for capitals, separators, zeros that lead a number, and the letter O
+    for a zero; or with two
     neighbouring letters exchanged, unless ``right`` names turn into others so as well,
     as numbers without gaps do.
 
     >>> names_meant(["P-007", "1032", "48"], ["1001"], ["p7", "1302", "50"])
     {'P-007': 'p7', '1032': '1302'}
+    >>> names_meant(["1oo1"], ["1002"], ["1001"])
+    {'1oo1': '1001'}
     >>> names_meant(["1032"], ["1012"], ["1302", "1102"])
     {}
     """
@@ -52,7 +56,8 @@ def names_meant(strange, right, others):
 
 
 def _plain(name):
-    return LEADING_ZEROS.sub("", SEPARATORS.sub("/", name.casefold())).replace("/", "")
+    digits = O_BESIDE_DIGITS.sub(lambda found: "0" * len(found[0]), name.casefold())
+    return LEADING_ZEROS.sub("", SEPARATORS.sub("/", digits)).replace("/", "")
 
 
 def _exchanged(name, others):

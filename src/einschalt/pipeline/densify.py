@@ -105,7 +105,10 @@ def _solved(block, settings, flights, report_progress):
     try:
         return SOLVERS[settings.method](block, settings, flights, report_progress)
     except GeometryError as error:
-        raise with_exchanged_names(error, block, flights) from error
+        named = with_exchanged_names(error, block, flights)
+        if named is error:  # an error that is its own cause has no end
+            raise
+        raise named from error
 
 
 def _require_possible(block, settings):

@@ -46,6 +46,12 @@ def test_it_is_known_and_keeps_its_stage_between_processes(how):
     assert pickle.loads(pickle.dumps(shortage)).stage == "reading"
 
 
+def test_an_error_that_is_its_own_cause_comes_to_an_end():
+    error = ValueError("no")
+    error.__cause__ = error
+    assert lack_of_memory(error, "reading") is None
+
+
 @pytest.mark.parametrize(
     "error", [ZeroDivisionError("of memory"), FileError("'out of memory.csv' is empty")]
 )

@@ -17,8 +17,9 @@ SAID = (
 
 def lack_of_memory(error, stage) -> MemoryError | None:
     """Tell a lack of memory from other faults; its ``stage`` goes along with it."""
-    cause = error
-    while cause is not None:
+    cause, seen = error, []
+    while cause is not None and not any(cause is one for one in seen):
+        seen.append(cause)
         if _says_it(cause):
             shortage = MemoryError(str(cause))
             shortage.stage = stage
