@@ -177,3 +177,19 @@ def test_threads_of_parts_share_the_cores(monkeypatch):
         alone = results(lambda part: (part, threading.current_thread()), [3])
     assert alone == [(3, threading.main_thread())]
     assert batches.n_cores() == 5
+
+
+@pytest.mark.parametrize(
+    "places",
+    [
+        np.array([[7, 5], [5, 5], [9, 7]]),
+        np.array([[4_000_000, 5], [5, 70], [5, 5]]),  # few, far apart
+        np.array([[3, 3]]),
+        np.empty((0, 2), dtype=int),
+    ],
+)
+def test_places_are_numbered_as_sorting_would(places):
+    used, among = batches.numbered(places)
+    np.testing.assert_array_equal(used, np.unique(places))
+    assert among.shape == places.shape
+    np.testing.assert_array_equal(used[among], places)

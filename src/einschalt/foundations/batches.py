@@ -128,6 +128,28 @@ def segment_min_max(values, start):
     return smallest, largest
 
 
+def numbered(places):
+    """The places that are used, ascending, and where each stands among them.
+
+    ``places`` are whole numbers of any shape, which the second array has as well. By
+    counting, which is quicker than sorting unless few places lie far apart.
+
+    >>> used, among = numbered(np.array([[7, 5], [9, 7]]))
+    >>> used.tolist(), among.tolist()
+    ([5, 7, 9], [[1, 0], [2, 1]])
+    """
+    if not places.size:
+        return np.empty(0, dtype=np.int64), places
+    first = places.min()
+    n_between = places.max() - first + 1
+    if n_between > places.size:
+        used, among = np.unique(places, return_inverse=True)
+        return used, among.reshape(places.shape)
+    is_used = np.zeros(n_between, dtype=bool)
+    is_used[places - first] = True
+    return np.flatnonzero(is_used) + first, (np.cumsum(is_used) - 1)[places - first]
+
+
 def n_cores():
     """Count the processor cores that this process may use.
 

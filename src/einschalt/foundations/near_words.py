@@ -31,9 +31,8 @@ def names_meant(strange, right, others):
     """Tell which of other names may be meant by strange ones, a dict.
 
     The same but for capitals, separators, zeros that lead a number, and the letter O
-    for a zero; or with two
-    neighbouring letters exchanged, unless ``right`` names turn into others so as well,
-    as numbers without gaps do.
+    for a zero; or with two neighbouring letters exchanged, unless ``right`` names turn
+    into others so as well, as numbers without gaps do.
 
     >>> names_meant(["P-007", "1032", "48"], ["1001"], ["p7", "1302", "50"])
     {'P-007': 'p7', '1032': '1302'}

@@ -101,6 +101,15 @@ def test_values_that_may_leave_the_tangent_are_less_known(results):
         assert np.isfinite(found[of_poor]).all()
 
 
+def test_many_values_are_taken_in_parts(results, monkeypatch):
+    model = results[0].examination.error_model
+    rows = np.arange(len(results[0].solution.model_points["low_flight"]))[::-1]
+    whole = model.beyond_linear(rows)
+    assert (np.trace(whole, axis1=1, axis2=2) > 0.0).any()
+    monkeypatch.setattr(turned_models, "ROWS_AT_ONCE", 7)
+    np.testing.assert_array_equal(model.beyond_linear(rows), whole)
+
+
 def test_covariances_of_models_are_formed_once_for_weights_and_screening(monkeypatch):
     formed, form = [], turned_models._of_scale_and_rotation
 

@@ -104,14 +104,14 @@ def with_decimal_points(text, *, is_one):
     if is_one:
         _refuse_thousands(text)
         return WITH_COMMA.sub(r"\1.\2", text) if WITH_COMMA.fullmatch(text) else text
-    if _may_be_one(text) and THOUSANDS.fullmatch(text.strip()):
-        raise WrongValueError(
-            f"{text!r} may be thousands, two numbers or one",
-            expected="a number that is read in one way only",
-            remedy=f"Write {text.replace(',', '')!r} or {text.replace(',', ';')!r}",
-        )
     if _may_be_one(text):
         as_list, as_number = text.replace(",", ";"), text.replace(",", ".")
+        if THOUSANDS.fullmatch(text.strip()):
+            raise WrongValueError(
+                f"{text!r} may be thousands, two numbers or one",
+                expected="a number that is read in one way only",
+                remedy=f"Write {text.replace(',', '')!r} or {as_list!r}",
+            )
         raise WrongValueError(
             f"{text!r} may be two numbers or one",
             expected="decimals behind a point, or semicolons between numbers",

@@ -84,6 +84,7 @@ def late_steps():
             yield late
         finally:
             waiting.cancel()
+            waiting.join()  # it may be showing the step just now
 
 
 @contextmanager

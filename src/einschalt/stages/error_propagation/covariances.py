@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_parts
+from einschalt.foundations.batches import numbered, over_parts
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.bundled_covariance import (
@@ -158,7 +158,7 @@ def covariances_of_pairs(chains, standard_errors, places, known=None):
     known = SharedCovariances() if known is None else known
     n_points = next(iter(chains.values())).n_points
     steps, pairs = known.steps_of(chains), places
-    used, among = _numbered(places, n_points)
+    used, among = numbered(places)
     if len(used) < n_points:
         steps, pairs = steps.of_points(used, n_points), among
     found = steps.through_parameters(pairs, standard_errors, known)
@@ -169,13 +169,6 @@ def covariances_of_pairs(chains, standard_errors, places, known=None):
     work = partial(_between, steps.direct, standard_errors)
     between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
     return found + np.concatenate(between)
-
-
-def _numbered(places, n_points):
-    """The places that are used, ascending, and where each stands among them."""
-    is_used = np.zeros(n_points, dtype=bool)
-    is_used[places] = True
-    return np.flatnonzero(is_used), (np.cumsum(is_used) - 1)[places]
 
 
 def _n_parts(pairs):
@@ -387,7 +380,7 @@ def _rows_to_bundles(chains, size, bundles):
 
 
 def _between(chains, standard_errors, places):
-    points, pairs = _numbered(places, next(iter(chains.values())).n_points)
+    points, pairs = numbered(places)
     return sum(
         rows.covariances_between(pairs, standard_errors[source])
         for source, rows in _rows_of(chains, points)

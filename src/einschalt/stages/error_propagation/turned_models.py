@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from einschalt.foundations.batches import over_parts
 from einschalt.stages.error_propagation.covariances import (
     covariances_of_pairs,
     identity_of,
@@ -18,6 +19,7 @@ from einschalt.theory.transformation.second_order import second_order_squares
 
 # points that stand for the parameters of a model: shift; scale, two angles; the third
 N_EACH, FIRST, SECOND = 3, 1, 2
+ROWS_AT_ONCE = 50_000  # 50 numbers of each, twice: 40 MB
 
 
 class _Kept:
@@ -62,9 +64,15 @@ class TurnedModels:
         is_known &= np.isfinite(self.fit.scale[self.model[rows]])
         if not is_known.any():
             return found
-        model, where = self.model[rows[is_known]], self.coordinates[rows[is_known]]
         covariance = self.kept.covariances(chains, standard_errors, self._of_models)
-        found[is_known] = second_order_squares(self.fit, model, where, covariance)
+
+        def squares(part):
+            given = self.model[part], self.coordinates[part], covariance
+            return second_order_squares(self.fit, *given)
+
+        known = rows[is_known]
+        parts = np.array_split(known, -(-len(known) // ROWS_AT_ONCE))
+        found[is_known] = np.concatenate(over_parts(squares, parts))
         return found
 
     def _of_models(self, chains, standard_errors):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.pipeline.planning.estimate.search import PlanChoices
 from einschalt.pipeline.planning.flights.arguments import RANGES
 from einschalt.pipeline.planning.flights.points_in_models import upwards
 
@@ -40,8 +41,6 @@ def remedy_above(search, frame, is_plan):
 
 def _choices_of(search):
     """The choices of a search, as far as its plans have them."""
-    from einschalt.pipeline.planning.estimate.search import PlanChoices  # noqa: PLC0415
-
     plans = search.plans
     ratio = (plans["high_scale_number"] / plans["scale_number"]).round(9)
     return PlanChoices(

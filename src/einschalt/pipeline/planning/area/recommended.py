@@ -67,7 +67,7 @@ MOST_LEFT_OUT = 0.002
 # layouts that are propagated, those of them that may miss, and that keep the target:
 # the closed estimate may take the fourth cheapest for the first
 MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 3
-AT_ONCE = 2  # of layouts that take a third of a second each
+AT_ONCE = 2  # layouts that are propagated side by side, whatever the machine
 # where each takes a second or more, of areas of so many points
 LARGE, MOST_OF_LARGE = 20_000, 10
 ITEM_TEXT = mark_each(

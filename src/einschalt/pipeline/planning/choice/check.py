@@ -193,13 +193,13 @@ def check_plans(
     plan does not depend on its cores; the later ones are chosen with less knowledge.
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
-    of a square layout, in a thread of its own; ``cost(plan)`` what it
-    costs as it was laid out, by default the cost of the row; ``count(plan)`` what it
-    would cost as it is laid out, for each km², where rows have but an estimate: asked
-    of plans that may be the cheapest, before one is propagated; None where counting has
-    taken enough. ``refine`` names choices of which values between those of the search
-    are tried as well, about the cheapest that is kept: those of ``finer_choices``.
-    ``progress(title, fraction)`` is told.
+    of a square layout, in a thread where several are beside each other; ``cost(plan)``
+    what it costs as it was laid out, by default the cost of the row; ``count(plan)``
+    what it would cost as it is laid out, for each km², where rows have but an estimate:
+    asked of plans that may be the cheapest, before one is propagated; None where
+    counting has taken enough. ``refine`` names choices of which values between those of
+    the search are tried as well, about the cheapest that is kept: those of
+    ``finer_choices``. ``progress(title, fraction)`` is told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
