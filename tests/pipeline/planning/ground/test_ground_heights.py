@@ -8,7 +8,7 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.ground import ground_heights
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
-from einschalt.pipeline.planning.ground.height_lattice import SHIFT
+from einschalt.pipeline.planning.ground.height_lattice import SHIFT, HeightLattice
 
 ORIGIN = np.array([4e5, 5.3e6])
 CELL = 10.0
@@ -154,13 +154,48 @@ def test_heights_on_a_lattice_are_interpolated_in_its_cells():
     np.testing.assert_array_equal(heights.straight_below(beside), nearest)
 
 
-def test_gaps_of_a_lattice_have_the_nearest_height():
+def test_gaps_of_a_lattice_are_spanned_by_triangles():
     whole = grid(30, lambda x, _: 300.0 + x)
     is_there = np.hypot(*(whole.plane - ORIGIN - 150.0).T) > 35.0
     gap = GroundHeights(whole.plane[is_there], whole.height[is_there], "dem.tif")
-    # nearest to the first is (170, 180); the last one is a node at the edge of the gap
+    # in the gap, in a cell, and at a node at the edge of the gap
     places = ORIGIN + np.array([[151.0, 152.0], [52.0, 57.0], [190.0, 150.0]])
-    np.testing.assert_allclose(gap.straight_below(places), [470.0, 352.0, 490.0])
+    np.testing.assert_allclose(gap.straight_below(places), [451.0, 352.0, 490.0])
+
+
+def staggered_rows():
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(0.0, 3000.0, 100.0), range(60)))
+    return np.column_stack([x + 50.0 * (y % 2), 50.0 * y])
+
+
+def coarse_raster_with_a_fine_part():
+    coarse = np.meshgrid(*(np.arange(0.0, 3001.0, 50.0),) * 2)
+    fine = np.meshgrid(np.arange(0.0, 1501.0, 25.0), np.arange(0.0, 3001.0, 25.0))
+    places = (np.reshape(part, (2, -1)).T for part in (coarse, fine))
+    return np.unique(np.concatenate(list(places)), axis=0)
+
+
+def raster_with_salt():
+    places = np.reshape(np.meshgrid(*(np.arange(0.0, 3001.0, 50.0),) * 2), (2, -1)).T
+    return places[np.random.default_rng(8).random(len(places)) < 0.7]
+
+
+@pytest.mark.parametrize(
+    "places", [staggered_rows, coarse_raster_with_a_fine_part, raster_with_salt]
+)
+def test_a_slope_stays_one_where_cells_are_not_whole(places):
+    """The nearest height made stairs of it: up to 15 m on a slope of 30 %."""
+    plane, slope = places(), np.array([0.3, -0.1])
+    heights = GroundHeights(plane, 500.0 + plane @ slope, "slope.xyz")
+    ground = np.random.default_rng(9).uniform(200.0, 2700.0, (2000, 2))
+    found = heights.straight_below(ground)
+    np.testing.assert_allclose(found, 500.0 + ground @ slope, atol=1e-9)
+
+
+def test_a_raster_without_a_gap_spans_no_triangles():
+    surface = HeightLattice.of(grid(30, hills).plane, grid(30, hills).height)
+    assert surface._around_gaps is None
+    assert np.isnan(surface.at(np.array([[-1e6, 0.0]]))).all()
 
 
 def test_turned_rasters_and_scattered_heights_span_triangles():

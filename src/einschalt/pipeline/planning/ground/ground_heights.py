@@ -12,6 +12,7 @@ from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.ground.height_lattice import (
     HeightLattice,
     HeightTriangles,
+    spans_a_surface,
 )
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
@@ -24,7 +25,6 @@ MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 PLACES_IN_AREA = 4000  # at which heights are wanted
 PLACES_ON_BORDER = 2000
-FLATTEST = 1e-6  # extent of places across over along a line: less is a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,8 +234,7 @@ class GroundHeights:
         lattice = HeightLattice.of(plane, lowest)
         if lattice is not None:
             return lattice.at
-        along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
-        if across <= FLATTEST * along:  # places in one line, or one, span no surface
+        if not spans_a_surface(plane):
             return None
         return HeightTriangles.of(plane, lowest, self.spacing).at
 

@@ -1,10 +1,12 @@
 """Surfaces between heights: at the nodes of a lattice, as rasters have them, or not.
 
 In a lattice they are interpolated in its cells: a mesh of triangles over the places
-would take seconds, and tell no more.
+would take seconds, and tell no more. Where a corner of a cell has no height, in gaps
+and between rows that are staggered, they are interpolated in triangles.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +16,7 @@ SAME_ROW = 3  # decimals of metres, of rasters that were written as lists
 SHIFT = 0.01
 BEYOND = 0.5  # of its range a height lies at most, where a place is just outside
 FLAT = 1e-6  # sine of an angle of a triangle without an extent
+FLATTEST = 1e-6  # extent of places across over along a line: less is a line
 SPARSEST = 0.25  # of the nodes have a height at least: else the places are scattered
 
 
@@ -43,7 +46,36 @@ class HeightLattice:
         return cls(east, north, node)
 
     def at(self, ground):
-        """Height at places (n, 2), bilinear; NaN beside the lattice and its gaps."""
+        """Height at places (n, 2), bilinear in whole cells; NaN beside all heights.
+
+        In other cells on the planes of triangles between the heights around them.
+        """
+        found = self._in_cells(ground)
+        is_open = np.isnan(found)
+        if is_open.any() and self._around_gaps is not None:
+            found[is_open] = self._around_gaps.at(ground[is_open])
+        return found
+
+    @cached_property
+    def _around_gaps(self):
+        """Triangles between the nodes at cells that are not whole; None of no such."""
+        is_known = np.isfinite(self.height)
+        is_whole = is_known[1:, 1:] & is_known[1:, :-1]
+        is_whole &= is_known[:-1, 1:] & is_known[:-1, :-1]
+        if is_whole.all():
+            return None
+        # beside the outer nodes no cell could be spanned
+        at_whole = np.pad(is_whole, 1, constant_values=True)
+        is_inner = at_whole[1:, 1:] & at_whole[1:, :-1]
+        is_inner &= at_whole[:-1, 1:] & at_whole[:-1, :-1]
+        row, column = np.nonzero(is_known & ~is_inner)
+        plane = np.column_stack([self.east[column], self.north[row]])
+        if not spans_a_surface(plane):
+            return None
+        spacing = float(min(np.diff(self.east).min(), np.diff(self.north).min()))
+        return HeightTriangles.of(plane, self.height[row, column], spacing)
+
+    def _in_cells(self, ground):
         column, right = _between(self.east, ground[:, 0])
         row, upper = _between(self.north, ground[:, 1])
         found = np.zeros(len(ground))
@@ -105,6 +137,12 @@ class HeightTriangles:
         turn = self.mesh.transform[triangle]
         shares = np.einsum("nij,nj->ni", turn[:, :2], ground - turn[:, 2])
         return np.column_stack([shares, 1.0 - shares.sum(axis=1)])
+
+
+def spans_a_surface(plane) -> bool:
+    """Whether places (n, 2) lie neither in one line nor in one point."""
+    along, across = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
+    return bool(across > FLATTEST * along)
 
 
 def _cross(one, other):
