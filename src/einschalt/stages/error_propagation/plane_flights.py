@@ -43,6 +43,8 @@ from einschalt.theory.adjustment.least_squares import (
 )
 from einschalt.theory.adjustment.point_operator import (
     Axes,
+    on_diagonal,
+    selection,
     sums,
     unchanged,
     weighted_mean,
@@ -54,6 +56,9 @@ CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
 # a point that stands for several is fitted with the error of their mean: what its own
 # measurement is off that, and what others add to the measurement of control
 SINGLE, OTHERS = "low_flight_single", "high_flight_others"
+# what the high flight's measuring errors of points that no model is fitted on make of
+# the means of these: nothing else depends on them
+UNFITTED = "high_flight_unfitted"
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +210,7 @@ class PropagatedFlights:
     def parts(self):
         """Covariance of each point from control and flights, dict of arrays [m²]."""
         parts = dict(self.errors.parts)
-        for name, of in ((HIGH, OTHERS), (LOW, SINGLE)):
+        for name, of in ((HIGH, OTHERS), (HIGH, UNFITTED), (LOW, SINGLE)):
             if of in parts:
                 parts[name] = parts[name] + parts.pop(of)
         return parts
@@ -265,8 +270,9 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
     approximate = _mean_ground(of_high, high_means)
     of_low = _transformed(low, low_xy, low.kind, high_means.point, approximate)
     operator = of_low.operator(_sources(len(high_means.point)), axes)
-    onto = operator.ground @ high_means.operator(axes)
-    chains = {name: onto @ chain for name, chain in chains.items()}
+    averaged, rows = high_means.operator(axes), of_high.observed.row_numbers
+    chains, sizes = _by_point(averaged, chains, sizes, rows)
+    chains = {name: operator.ground @ chain for name, chain in chains.items()}
     chains[LOW] = operator.measured @ own
     if low.stands_for > 1.0:
         share = 1.0 / low.stands_for
@@ -300,6 +306,42 @@ def _as_fitted(flight, control, chains, sizes, axes):
         OTHERS: of_one * np.where(is_control, of_others, 0.0),
     }
     return chains, sizes | errors
+
+
+def _by_point(averaged, chains, sizes, fitted):
+    """Chains to means of the high flight, and errors, with one number for many.
+
+    Errors of points that no model is fitted on, all rows but ``fitted``, meet in the
+    mean of their point alone: what they make of it stands for them, a quarter of the
+    numbers on which each model of the low flight depends.
+    """
+    axes, n_rows = averaged.axes, averaged.n_sources
+    of_fitted = selection(fitted, n_rows, axes).T
+    unfitted = sizes[HIGH].copy()
+    unfitted[fitted] = 0.0
+    roots = _lower_roots(averaged.covariances(unfitted))
+    chains = {
+        name: averaged @ (chain if name == CONTROL else chain @ of_fitted)
+        for name, chain in chains.items()
+    }
+    chains[UNFITTED] = on_diagonal(axes.blocks_of(roots))
+    sizes = {
+        name: size[fitted] if name in (HIGH, OTHERS) else size
+        for name, size in sizes.items()
+    }
+    sizes[UNFITTED] = np.ones(averaged.n_points)
+    return chains, sizes
+
+
+def _lower_roots(covariance):
+    """L of covariances (n, 2, 2) = L Lᵀ, of none as well."""
+    root = np.zeros_like(covariance)
+    first = root[:, 0, 0] = np.sqrt(covariance[:, 0, 0])
+    is_any = first > 0.0
+    root[is_any, 1, 0] = covariance[is_any, 1, 0] / first[is_any]
+    rest = covariance[:, 1, 1] - root[:, 1, 0] ** 2
+    root[:, 1, 1] = np.sqrt(np.maximum(rest, 0.0))
+    return root
 
 
 def _of_rows(factors, axes):
