@@ -12,7 +12,7 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
-from einschalt.pipeline.planning.area.layout import lay_out
+from einschalt.pipeline.planning.area.layout import FLIGHTS, lay_out
 from einschalt.pipeline.planning.choice.check import design_of
 from einschalt.pipeline.planning.choice.finer_choices import REFINED
 from einschalt.pipeline.planning.estimate.search import (
@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.estimate.search import (
     PlanFrame,
     find_plans,
 )
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 
 AREAS = {
     "small": shapely.box(0.0, 0.0, 5000.0, 2900.0),
@@ -58,6 +59,36 @@ def test_the_estimate_is_what_layouts_over_the_area_take(area):
     assert away.max() < 0.25
     endless = find_plans(TARGET, CHOICES, replace(frame, extent=None)).plans
     assert endless["cost"].min() < 0.9 * found["cost"].min()
+
+
+def test_flights_that_are_known_are_those_that_would_be_laid(area):
+    """One high flight above several low ones is laid once, and the other way round."""
+    known = {}
+    for low, high, coverages, control, spacing in (
+        (8100, 12000, 2, 5, 250),
+        (8100, 16000, 2, 5, 250),
+        (9500, 16000, 2, 9, 250),
+        (9500, 16000, 3, 9, 250),
+        (9500, 16000, 2, 9, 300),
+    ):
+        design = FlightDesign(
+            scale_number=low,
+            high_scale_number=high,
+            spacing=spacing,
+            m_g_um=10,
+            n_coverages=coverages,
+            control_per_model=control,
+        )
+        design = tried_layouts.design_over(area, design)
+        found, anew = lay_out(area, design, known=known), lay_out(area, design)
+        for flight in FLIGHTS:
+            for name in ("coverage", "place", "centre", "model", "point"):
+                expected = getattr(anew.flights[flight], name)
+                result = getattr(found.flights[flight], name)
+                np.testing.assert_array_equal(result, expected)
+        np.testing.assert_array_equal(found.is_control, anew.is_control)
+    # the second has a high flight of its own, the third a low one; the last two both
+    assert len(known) == 2 + 1 + 1 + 2 + 2
 
 
 def test_no_plan_that_is_asked_for_by_itself_is_cheaper(area):

@@ -1,6 +1,6 @@
 """Both flights over an area: which models are flown, and where control is wanted."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -26,7 +26,11 @@ from einschalt.pipeline.simulation.layout import (
 )
 from einschalt.theory.planning.control_choice import serving_points
 
-FLIGHTS = ("high_flight", "low_flight")
+SCALE_OF_FLIGHT = {
+    "high_flight": "high_scale_number",
+    "low_flight": "low_scale_number",
+}
+FLIGHTS = tuple(SCALE_OF_FLIGHT)
 LEAST_SHARE = 0.25
 """Of the model in the area: smaller ones are flown only where nothing else covers."""
 LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
@@ -81,13 +85,14 @@ class AreaLayout:
         return len(self.position) - len(np.intersect1d(*held))
 
 
-def lay_out(area, design, *, seed=0, control=None) -> AreaLayout:
+def lay_out(area, design, *, seed=0, control=None, known=None) -> AreaLayout:
     """Lay both flights of a design over an area.
 
     Every coverage covers all of it. Control is set where the high flight's models want
     it: near their corners and middles, each point serving as many models as it can; or
-    where ``control`` says, local positions (n_control, 2) [m]. GeometryError where the
-    area is smaller than a model, or the models are too many.
+    where ``control`` says, local positions (n_control, 2) [m]. ``known`` keeps flights
+    over the same area, and the same seed, for designs that differ in the other flight.
+    GeometryError where the area is smaller than a model, or the models are too many.
     """
     geometry = geometry_over(area, design)
     require_size(area, design)
@@ -102,7 +107,8 @@ def lay_out(area, design, *, seed=0, control=None) -> AreaLayout:
         )
     if control is not None:
         position, is_control = with_control_at(control, position)
-    flights = {f: _lay_flight(area, geometry, f, position) for f in FLIGHTS}
+    known = {} if known is None or control is not None else known
+    flights = {f: _known_flight(known, area, geometry, f, position) for f in FLIGHTS}
     if control is None:
         is_control = chosen_control(geometry, flights["high_flight"], position)
     return AreaLayout(area, design, geometry, position, flights, is_control)
@@ -189,10 +195,21 @@ def require_rows(area, spacing):
         )
 
 
+def _known_flight(known, area, geometry, flight, position):
+    """Take a flight from those that are known, or lay it and let it be known."""
+    # control is chosen when the high flight is laid
+    of_others = {*SCALE_OF_FLIGHT.values(), "control_per_model"}
+    of_others.remove(SCALE_OF_FLIGHT[flight])
+    names = (one.name for one in fields(geometry) if one.name not in of_others)
+    key = flight, *(getattr(geometry, name) for name in names)
+    if key not in known:
+        known[key] = _lay_flight(area, geometry, flight, position)
+    return known[key]
+
+
 def _lay_flight(area, geometry, flight, position):
     """Lay the models of one flight that hold a part of the area worth flying."""
-    is_high = flight == "high_flight"
-    scale = geometry.high_scale_number if is_high else geometry.low_scale_number
+    scale = getattr(geometry, SCALE_OF_FLIGHT[flight])
     half = scale * np.array(geometry.usable_model) / 2.0
     rasters = flight_rasters(geometry, flight, few_strips=True)
     kept = [models_worth_flying(area.local_shape, r.centres(), half) for r in rasters]

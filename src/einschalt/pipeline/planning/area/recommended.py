@@ -1,6 +1,6 @@
 """The flight plan over an area that keeps a target on its own layout."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -20,6 +20,7 @@ from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
     GroundTooHighError,
+    effort,
     flight_plan,
     require_above_ground,
     require_overlap,
@@ -198,46 +199,70 @@ def _require_overlap_of_some(area, plans, frame, ground):
 
 
 def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
-    layouts, wholes = TriedLayouts(area, frame, ground), {}
     search, left_out = _that_fit(area, search, frame)
-
-    def judge(plan):
-        found = layouts.of(plan)
-        _require_held(found.layout)
-        if not found.is_part:  # a part has more, for its border
-            require_densified(found.layout, plan["spacing"])
-        return propagate(found.layout)
-
-    def whole(plan):
-        if plan.name not in wholes:
-            given = (area, plan, layouts.of(plan), frame, ground)
-            wholes[plan.name] = _whole(*given)
-        return wholes[plan.name]
-
+    over = _OverArea(area, frame, ground, TriedLayouts(area, frame, ground))
     checked = check_plans(
         *(search, frame),
         most=_most_tried(area, search),
         patience=PATIENCE,
         enough=ENOUGH,
         at_once=AT_ONCE,
-        judge=judge,
-        # by what the area takes, not by the estimate; ground that is too high anywhere
-        # in the area refuses what would be kept
-        cost=lambda plan: whole(plan)[1].cost / area.square_km,
-        count=layouts.cost,
+        judge=over.judge,
+        cost=over.cost,
+        count=over.layouts.cost,
         refine=refine,
         progress=progress,
     )
-    layout, flown, said = whole(checked.plan)
+    layout, flown, said = over.whole(checked.plan)
     other = checked.next_best
-    next_flown = None if other is None else whole(other.plan)[1]
+    next_flown = None if other is None else over.whole(other.plan)[1]
     if other is not None:
         other = _priced(other, next_flown.effort, area)
     best = replace(_priced(checked, flown.effort, area), next_best=other)
-    part = layouts.of(best.plan)
+    part = over.layouts.of(best.plan)
     notes = [*said, *_note_of_part(part, layout), *left_out]
     parts = (area, checked.search, best, layout, part.layout.area, flown, next_flown)
     return AreaPlan(*parts, tuple(notes), frame, ground.heights, ground.follows)
+
+
+@dataclass(frozen=True, eq=False)
+class _OverArea:
+    """What plans of a search are worth over an area, and what they take."""
+
+    area: FlightArea
+    frame: PlanFrame
+    ground: OverGround
+    layouts: TriedLayouts
+    # by name of a plan: its whole layout, its FlightPlan, and what is to be said of it
+    wholes: dict = field(default_factory=dict)
+
+    def judge(self, plan):
+        """Propagate a row of a search; GeometryError where its layout is refused."""
+        found = self.layouts.of(plan)
+        _require_held(found.layout)
+        if not found.is_part:  # a part has more, for its border
+            require_densified(found.layout, plan["spacing"])
+        return propagate(found.layout)
+
+    def whole(self, plan):
+        """Give a plan's layout and FlightPlan over the whole area, and their notes."""
+        if plan.name not in self.wholes:
+            given = self.layouts.of(plan), self.frame, self.ground
+            self.wholes[plan.name] = _whole(self.area, plan, *given)
+        return self.wholes[plan.name]
+
+    def cost(self, plan):
+        """Cost of a plan for each km², by what the area takes, not by the estimate.
+
+        Ground that is too high anywhere in the area refuses what would be kept; level
+        ground refuses no line, and none need be drawn.
+        """
+        found = self.layouts.of(plan)
+        if self.ground.heights is None and not found.is_part:
+            taken = effort(found.layout, plan, self.frame)["cost"].sum()
+        else:
+            taken = self.whole(plan)[1].cost
+        return taken / self.area.square_km
 
 
 def _most_tried(area, search):

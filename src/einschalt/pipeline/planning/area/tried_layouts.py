@@ -76,7 +76,7 @@ class TriedLayouts:
 
     def __init__(self, area, frame, ground):
         self.area, self.frame, self.ground = area, frame, ground
-        self._known, self._work = {}, 0
+        self._known, self._flights, self._work = {}, {}, 0
         self._one_by_one = Lock()  # shapes are prepared as they are cut
 
     def of(self, plan):
@@ -95,7 +95,8 @@ class TriedLayouts:
     def _tried(self, plan):
         """Lay a plan out, or give the error that refuses it: that takes as long."""
         try:
-            return laid_out(self.area, plan, self.frame, self.ground)
+            given = self.area, plan, self.frame, self.ground
+            return laid_out(*given, known=self._flights)
         except EinschaltError as error:
             return error
 
@@ -119,8 +120,11 @@ class TriedLayouts:
         return costs.sum() / self.area.square_km
 
 
-def laid_out(area, plan, frame, ground=OverGround()):
-    """Lay a row of a search out as it is propagated: over an area, or a part of it."""
+def laid_out(area, plan, frame, ground=OverGround(), *, known=None):
+    """Lay a row of a search out as it is propagated: over an area, or a part of it.
+
+    ``known`` keeps flights over the area, as :func:`lay_out` has them.
+    """
     usual = design_of(plan, frame)
     require_size(area, usual)
     design = design_over(area, usual)
@@ -128,8 +132,9 @@ def laid_out(area, plan, frame, ground=OverGround()):
     is_part = model / design.layout_spacing**2 < FEWEST_IN_A_MODEL
     if is_part:  # as large as the layouts of a search
         area = _part_of(area, usual.extent)
-        design = design_over(area, usual)
-    return LaidOut(ground.flown(lay_out(area, design), plan), is_part=is_part)
+        design, known = design_over(area, usual), None
+    layout = lay_out(area, design, known=known)
+    return LaidOut(ground.flown(layout, plan), is_part=is_part)
 
 
 def _part_of(area, extent):
