@@ -1,5 +1,7 @@
 """Photographs of a layout: where they are taken, and how high."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 
@@ -17,11 +19,36 @@ def photographs_of(layout, heights=None, limit=None, *, follows=False):
     ``heights`` are GroundHeights, ``limit`` that of cameras above the ground straight
     below them [m]; ``follows``: see :func:`flight_plan`.
     """
-    photographs = pd.concat(
-        [_photographs(layout, flight) for flight in FLIGHTS], ignore_index=True
+    flights = [_exposures(layout, flight) for flight in FLIGHTS]
+    # lines are numbered over both flights
+    first_line = np.cumsum([0, *(flight.n_lines for flight in flights)])
+    line = np.concatenate(
+        [one.line + first for one, first in zip(flights, first_line[:-1], strict=True)]
     )
-    photographs = _flown(photographs, layout, heights, follows=follows)
-    return _within_limit(photographs, limit, heights, follows=follows)
+    plane = np.concatenate([flight.plane for flight in flights])
+    above, ground = _heights_over(layout, flights, heights)
+    if heights is not None and not follows:
+        ground = _mean_of(ground, line)
+    altitude = ground + above
+    lower, nadir = _within_limit(plane, altitude, line, limit, heights)
+    if not follows:
+        lower = _highest_of(lower, line)
+    names = {
+        name: np.concatenate([getattr(flight, name) for flight in flights])
+        for name in ("photo_id", "line_id", "flight", "coverage")
+    }
+    return pd.DataFrame(
+        {
+            **names,
+            "easting": plane[:, 0],
+            "northing": plane[:, 1],
+            "azimuth": layout.area.azimuth,
+            "flying_height": above - lower,
+            "ground": ground,
+            "altitude": altitude - lower,
+            "height_above_nadir": altitude - lower - nadir,
+        }
+    )
 
 
 def planned_heights(design):
@@ -33,13 +60,14 @@ def planned_heights(design):
 
 def by_image(photographs, flown, flight):
     """Put the altitudes of a table into the places of the rasters' images."""
-    of_flight = photographs[photographs["flight"] == flight]
+    is_of_flight = photographs["flight"].to_numpy() == flight
+    coverage = photographs["coverage"].to_numpy()[is_of_flight]
+    altitude = photographs["altitude"].to_numpy()[is_of_flight]
     found = []
     for k, raster in enumerate(flown.rasters):
         altitudes = np.full(int(np.prod(raster.images().shape)), np.nan)
         places = np.unique(flown.image_places[flown.coverage == k])
-        is_in = of_flight["coverage"] == str(k + 1)
-        altitudes[places] = of_flight.loc[is_in, "altitude"]
+        altitudes[places] = altitude[coverage == str(k + 1)]
         found.append(altitudes)
     return tuple(found)
 
@@ -54,56 +82,61 @@ def stations(flown, coverage):
     return np.stack(np.divmod(every, n_along + 1))
 
 
-def _photographs(layout, flight):
-    """Photographs of all models that are flown, line by line."""
-    flown, tables = layout.flights[flight], []
-    letter = LETTER[flight]
+@dataclass(frozen=True, eq=False)
+class _Exposures:
+    """Photographs of all models of a flight that are flown, line by line."""
+
+    flight: np.ndarray  # (n,) of str
+    coverage: np.ndarray  # (n,) of str
+    line_id: np.ndarray  # (n,) of str
+    photo_id: np.ndarray  # (n,) of str
+    line: np.ndarray  # (n,): number of the line, ascending from 0
+    plane: np.ndarray  # (n, 2): easting, northing [m]
+
+    @property
+    def n_lines(self):
+        return int(self.line[-1]) + 1
+
+
+def _exposures(layout, flight) -> _Exposures:
+    """Photographs of all models of a flight."""
+    flown, letter = layout.flights[flight], LETTER[flight]
+    coverage, line_id, photo_id, line, centres = [], [], [], [], []
     for k, raster in enumerate(flown.rasters):
         strip, place = stations(flown, k)
         n_along, _ = raster.shape
-        centres = raster.images().centres()[strip * (n_along + 1) + place]
+        centres.append(raster.images().centres()[strip * (n_along + 1) + place])
         is_new = np.ones(len(strip), dtype=bool)
         is_new[1:] = (np.diff(strip) != 0) | (np.diff(place) != 1)
-        line = np.cumsum(is_new)
-        ground = layout.area.to_ground(centres)
-        tables.append(
-            pd.DataFrame(
-                {
-                    "line_id": [f"{letter}{k + 1}-{one:02d}" for one in line],
-                    "flight": flight,
-                    "coverage": str(k + 1),
-                    "easting": ground[:, 0],
-                    "northing": ground[:, 1],
-                    "azimuth": layout.area.azimuth,
-                }
-            )
-        )
-    table = pd.concat(tables, ignore_index=True)
-    n_before = table.groupby("line_id", sort=False).cumcount() + 1
-    photo_id = table["line_id"] + "-" + n_before.astype(str).str.zfill(3)
-    table.insert(0, "photo_id", photo_id)
-    return table
-
-
-def _flown(photographs, layout, heights, *, follows):
-    """Join heights above ground, of the ground and of the cameras [m]."""
-    flight = photographs["flight"].to_numpy()
-    planned, above = planned_heights(layout.design), np.zeros(len(photographs))
-    ground = np.full(len(photographs), np.nan)
-    plane = photographs[["easting", "northing"]].to_numpy()
-    for name, height in planned.items():
-        rows = flight == name
-        above[rows] = height
-        if heights is not None:
-            reach = reach_of(layout, name)
-            ground[rows] = heights.mean_around(plane[rows], reach)
-    if heights is not None and not follows:
-        lines = photographs["line_id"].to_numpy()
-        of_line = pd.Series(ground).groupby(lines).transform("mean")
-        ground = of_line.to_numpy()
-    return photographs.assign(
-        flying_height=above, ground=ground, altitude=ground + above
+        start = np.flatnonzero(is_new)
+        n_in_line = np.diff(np.append(start, len(strip)))
+        for number, n in enumerate(n_in_line.tolist(), start=1):
+            name = f"{letter}{k + 1}-{number:02d}"
+            line_id += [name] * n
+            photo_id += [f"{name}-{one:03d}" for one in range(1, n + 1)]
+        coverage += [str(k + 1)] * len(strip)
+        line += n_in_line.tolist()
+    return _Exposures(
+        flight=np.full(len(line_id), flight, dtype=object),
+        coverage=np.array(coverage, dtype=object),
+        line_id=np.array(line_id, dtype=object),
+        photo_id=np.array(photo_id, dtype=object),
+        line=np.repeat(np.arange(len(line)), line),
+        plane=layout.area.to_ground(np.concatenate(centres)),
     )
+
+
+def _heights_over(layout, flights, heights):
+    """Flying height above the ground, and mean height of the ground [m], (n,) each."""
+    planned, above, ground = planned_heights(layout.design), [], []
+    for name, flight in zip(FLIGHTS, flights, strict=True):
+        above.append(np.full(len(flight.plane), planned[name]))
+        if heights is None:
+            ground.append(np.full(len(flight.plane), np.nan))
+        else:
+            reach = reach_of(layout, name)
+            ground.append(heights.mean_around(flight.plane, reach))
+    return np.concatenate(above), np.concatenate(ground)
 
 
 def reach_of(layout, flight):
@@ -112,28 +145,21 @@ def reach_of(layout, flight):
     return float(scale_number * np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0)
 
 
-def _within_limit(photographs, limit, heights, *, follows):
-    """Lower cameras to the limit above the ground straight below their lines [m]."""
+def _within_limit(plane, altitude, line, limit, heights):
+    """How much lower cameras fly to keep a limit, and the ground straight below [m].
+
+    The limit is that above the ground straight below their lines.
+    """
+    lower = np.zeros(len(plane))
     if heights is None:
-        return photographs.assign(height_above_nadir=np.nan)
-    plane = photographs[["easting", "northing"]].to_numpy()
+        return lower, np.full(len(plane), np.nan)
     nadir = heights.straight_below(plane)
-    lower = np.zeros(len(photographs))
     if limit is not None:
-        altitude = photographs["altitude"].to_numpy()
         lower = np.maximum(altitude - nadir - limit, 0.0)
-        before, height = _on_the_way(photographs, heights)
+        before, height = _on_the_way(plane, altitude, line, heights)
         for end in (before, before + 1):
             np.maximum.at(lower, end, height - limit)
-        if not follows:
-            lines = photographs["line_id"].to_numpy()
-            lower = pd.Series(lower).groupby(lines).transform("max").to_numpy()
-    altitude = photographs["altitude"] - lower
-    return photographs.assign(
-        flying_height=photographs["flying_height"] - lower,
-        altitude=altitude,
-        height_above_nadir=altitude - nadir,
-    )
+    return lower, nadir
 
 
 def least_above_ground(photographs, heights):
@@ -142,19 +168,21 @@ def least_above_ground(photographs, heights):
     By flight; of ground beside the area as well, as far as there are heights.
     """
     least = photographs["height_above_nadir"].to_numpy(dtype=float, copy=True)
-    before, height = _on_the_way(photographs, heights)
+    plane = photographs[["easting", "northing"]].to_numpy()
+    altitude = photographs["altitude"].to_numpy()
+    line = photographs["line_id"].to_numpy()
+    before, height = _on_the_way(plane, altitude, line, heights)
     np.minimum.at(least, before, height)
     return pd.Series(least).groupby(photographs["flight"].to_numpy()).min().to_dict()
 
 
-def _on_the_way(photographs, heights):
+def _on_the_way(plane, altitude, line, heights):
     """Heights above what lies straight below between photographs of a line [m].
 
     Half as far apart as heights of the ground. Rows of the photographs before them, and
     the heights: the camera goes straight from one altitude to the next.
     """
-    place = photographs[["easting", "northing", "altitude"]].to_numpy()
-    line = photographs["line_id"].to_numpy()
+    place = np.column_stack([plane, altitude])
     before = np.flatnonzero(line[1:] == line[:-1])
     step = place[before + 1] - place[before]
     apart = max(PARTS_OF_SPACING * heights.spacing, FINEST)
@@ -166,3 +194,14 @@ def _on_the_way(photographs, heights):
     way = (k / n_parts[segment])[:, None]
     between = place[before[segment]] + way * step[segment]
     return before[segment], between[:, 2] - heights.straight_below(between[:, :2])
+
+
+def _mean_of(values, line):
+    """The mean of each line, for all of its photographs."""
+    return (np.bincount(line, values) / np.bincount(line))[line]
+
+
+def _highest_of(values, line):
+    """The highest of each line, for all of its photographs."""
+    start = np.flatnonzero(np.append(True, np.diff(line) != 0))
+    return np.maximum.reduceat(values, start)[line]

@@ -241,7 +241,16 @@ class GroundHeights:
     def _coarse_for(self, reach):
         """The same in cells of which some hundred lie in a reach."""
         side = reach * np.sqrt(np.pi / MOST_IN_REACH)
-        return self.in_cells(side) if side > self.spacing else self
+        if side <= self.spacing:
+            return self
+        # flights of one scale over the same area are laid again and again
+        if side not in self._of_side:
+            self._of_side[side] = self.in_cells(side)
+        return self._of_side[side]
+
+    @cached_property
+    def _of_side(self):
+        return {}
 
     def _around(self, ground, reach, height, of):
         ground = np.asarray(ground, dtype=float)
