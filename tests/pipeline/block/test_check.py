@@ -11,6 +11,7 @@ from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import written_in
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import check_block
+from einschalt.pipeline.block.given_points import points_in_no_model
 from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -276,3 +277,14 @@ def test_what_check_advises_is_what_the_adjustment_says(demo_block):
     (problem,) = check_block(block).model_problems
     failures = adjust_block(block).failures
     assert problem.remedy == failures["remedy"].iloc[0]
+
+
+def test_numbers_parted_otherwise_are_other_points():
+    """A point 11-2 that is measured is no slip of the 1-12 that is not."""
+    listed = pd.DataFrame({"point_id": ["1-1", "1-2", "1-12", "2-1"]})
+    measured = np.array(["1-1", "1-2", "2-1", "11-2", "11-3"], dtype=object)
+    is_lost = ~listed["point_id"].isin(measured).to_numpy()
+    given = "control_points", "control.csv", "high_flight"
+    errors, (note,) = points_in_no_model(listed, is_lost, measured, given)
+    assert errors == []
+    assert note.endswith("take no part: 1-12")
