@@ -260,3 +260,27 @@ def test_a_camera_of_one_s_own_has_no_name():
     assert PlannedBlock(design, 0.05, name="north").title == (
         "north, 1:11000 and 1:16500, 300 m (simulated)"
     )
+
+
+def test_presets_of_one_camera_are_told_apart_by_their_overlaps(monkeypatch):
+    """It was the first of them, whatever its overlaps."""
+    usual = CAMERAS["uav_one_inch"]
+    monkeypatch.setitem(CAMERAS, "uav_denser", replace(usual, side_overlap=0.7))
+
+    def name_with(side_overlap):
+        design = FlightDesign(
+            scale_number=10_000,
+            spacing=10,
+            m_g_um=1,
+            image_format=usual.image_format,
+            principal_distance=usual.principal_distance,
+            forward_overlap=usual.forward_overlap,
+            side_overlap=side_overlap,
+        )
+        return camera_of(design.geometry())
+
+    assert name_with(0.6) == "uav_one_inch"
+    assert name_with(0.7) == "uav_denser"
+    assert name_with(0.5) == ""  # either may be meant
+    monkeypatch.delitem(CAMERAS, "uav_denser")
+    assert name_with(0.5) == "uav_one_inch"  # no other camera has such images

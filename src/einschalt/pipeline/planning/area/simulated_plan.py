@@ -139,13 +139,25 @@ def _as_measured(geometry, changes):
 
 
 def camera_of(geometry):
-    """Name of the camera preset that has such images, or ""."""
-    has = geometry.image_format, geometry.across, geometry.principal_distance
-    for name, camera in CAMERAS.items():
-        known = *camera.image_format, camera.principal_distance
-        if np.allclose(has, known, rtol=AS_LONG, atol=0.0):
-            return name
-    return ""
+    """Name of the camera preset that has such images, or "".
+
+    Overlaps tell presets of one camera apart; of several cameras that are alike in
+    them too, none is named.
+    """
+    images = geometry.image_format, geometry.across, geometry.principal_distance
+    overlaps = geometry.forward_overlap, geometry.side_overlap
+    alike = [
+        (name, _is_as(overlaps, (camera.forward_overlap, camera.side_overlap)))
+        for name, camera in CAMERAS.items()
+        if _is_as(images, (*camera.image_format, camera.principal_distance))
+    ]
+    if len(alike) > 1:
+        alike = [(name, is_flown_so) for name, is_flown_so in alike if is_flown_so]
+    return alike[0][0] if len(alike) == 1 else ""
+
+
+def _is_as(has, known):
+    return np.allclose(has, known, rtol=AS_LONG, atol=0.0)
 
 
 @dataclass(frozen=True, eq=False)
