@@ -2,6 +2,7 @@
 
 import datetime as dt
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -452,6 +453,21 @@ def test_advice_on_plans_names_arguments_of_python():
     missed = es.find_plans(0.011, choices)
     assert "n_settings" in str(missed)
     assert "--" not in missed.verdict + str(missed)
+
+
+@pytest.mark.parametrize("given", [{}, "film_wide", 0.05])
+def test_what_is_no_frame_is_refused_alike_with_and_without_an_area(given):
+    """An area answered with a TypeError of dataclasses."""
+    choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
+    said = []
+    for plan in (
+        es.find_plans,
+        partial(es.plan_area, area=shapely.box(0, 0, 6000, 6000)),
+    ):
+        with pytest.raises(SettingsError, match="frame = .*a PlanFrame") as caught:
+            plan(0.05, choices=choices, frame=given)
+        said.append(str(caught.value))
+    assert said[0] == said[1]
 
 
 def test_prices_have_a_public_name():

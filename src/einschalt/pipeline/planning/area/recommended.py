@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import require_kind
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, in_english, mark_each, translated
@@ -133,6 +134,7 @@ class AreaPlan(Result):
 @in_english
 def frame_over(area, frame) -> PlanFrame:
     """What is at hand, as plans over an area are searched with: its border counts."""
+    require_kind("frame", frame, PlanFrame, expected="a PlanFrame")
     length, width = area.extent
     extent = (length, width, float(area.shape.area))
     return replace(frame, shares_control=True, extent=extent)
