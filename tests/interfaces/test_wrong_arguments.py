@@ -455,6 +455,37 @@ def test_advice_on_plans_names_arguments_of_python():
     assert "--" not in missed.verdict + str(missed)
 
 
+def printed_results():
+    """What planning gives in Python: a plan over an area too, its parts with it."""
+    square = shapely.box(0, 0, 7000, 6000)
+    choices = partial(es.PlanChoices, spacing=(300,), m_g_um=(5,))
+    scales = choices(scale_number=(9000, 11000), n_coverages=(2,))
+    one = choices(scale_number=(9000,), n_coverages=(1,), high_over_low=(1.5,))
+    design = es.FlightDesign(
+        scale_number=8000, spacing=300, m_g_um=5, n_coverages=1, width=4e3, height=4e3
+    )
+    yield es.expect_precision(design)
+    yield es.find_plans(0.011, scales)
+    for target, asked in ((0.06, scales), (0.02, scales), (0.06, one)):
+        plan = es.plan_area(target, square, asked, refine=("scale_number",))
+        yield from (plan, plan.search, plan.checked, plan.checked.expected)
+        other = plan.checked.next_best
+        yield from () if other is None else (other, other.search)
+
+
+def test_no_result_of_planning_names_options():
+    """Plans over an area advised ``--scale-number`` and ``--high-over-low``."""
+    said = []
+    for result in printed_results():
+        said += [str(result), repr(result)]
+        for name in ("verdict", "outcome", "dropped"):
+            told = getattr(result, name, "")
+            said.append(str(told() if callable(told) else told))
+    assert "scale_number" in "".join(said)
+    assert "n_coverages" in "".join(said)
+    assert [text for text in said if "--" in text] == []
+
+
 @pytest.mark.parametrize("given", [{}, "film_wide", 0.05])
 def test_what_is_no_frame_is_refused_alike_with_and_without_an_area(given):
     """An area answered with a TypeError of dataclasses."""
@@ -464,7 +495,7 @@ def test_what_is_no_frame_is_refused_alike_with_and_without_an_area(given):
         es.find_plans,
         partial(es.plan_area, area=shapely.box(0, 0, 6000, 6000)),
     ):
-        with pytest.raises(SettingsError, match="frame = .*a PlanFrame") as caught:
+        with pytest.raises(SettingsError, match=r"frame = .*a PlanFrame") as caught:
             plan(0.05, choices=choices, frame=given)
         said.append(str(caught.value))
     assert said[0] == said[1]

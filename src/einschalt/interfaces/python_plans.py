@@ -13,7 +13,7 @@ from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.pipeline.block.block import plain_fields
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.recommended import AreaPlan
+from einschalt.pipeline.planning.choice import check
 from einschalt.pipeline.planning.estimate import search
 from einschalt.pipeline.planning.estimate.search import PlanChoices, PlanFrame
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
@@ -59,6 +59,46 @@ class PlanSearch(search.PlanSearch):
 
     def _repr_html_(self) -> str:
         return plan_card(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CheckedPlan(check.CheckedPlan):
+    """The plan of an area held against its layout, in words of Python."""
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Other plans that were tried, with why they are not recommended."""
+        return tuple(map(with_arguments, super().dropped))
+
+    def verdict(self) -> str:
+        """Return which plan holds, the next best, and what does not hold."""
+        return with_arguments(super().verdict())
+
+    def outcome(self) -> str:
+        """Say whether it is recommended, what it comes to, and where, in a sentence."""
+        return with_arguments(super().outcome())
+
+    @classmethod
+    def of(cls, found: check.CheckedPlan) -> "CheckedPlan":
+        """Take what was found with its search and the next best."""
+        parts = plain_fields(found)
+        parts["search"] = PlanSearch(**plain_fields(found.search))
+        if found.next_best is not None:
+            parts["next_best"] = cls.of(found.next_best)
+        return cls(**parts)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AreaPlan(recommended.AreaPlan):
+    """A flight plan whose precision was propagated on its own layout."""
+
+    def verdict(self) -> str:
+        """Return the plan, the next best, and what it takes; arguments by name."""
+        return with_arguments(super().verdict())
+
+    def summary(self) -> str:
+        """Return the plan, the next best, what it takes, and its precision."""
+        return with_arguments(super().summary())
 
 
 def expect_precision(
@@ -231,4 +271,8 @@ def plan_area(
         frame = PlanFrame() if frame is None else frame
         found, frame = recommended.search_over(target, area, choices, frame)
         ground = {"heights": heights, "follows": follows_terrain}
-        return recommended.plan_area(area, found, frame, refine=refine, **ground)
+        plan = recommended.plan_area(area, found, frame, refine=refine, **ground)
+    said = {"notes": tuple(map(with_arguments, plan.notes))}
+    parts = {"search": PlanSearch(**plain_fields(plan.search))}
+    parts |= {"checked": CheckedPlan.of(plan.checked)}
+    return AreaPlan(**plain_fields(plan) | parts | said)
