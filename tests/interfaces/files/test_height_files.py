@@ -167,3 +167,46 @@ def test_lists_and_tables(name, header, line, tmp_path):
     (tmp_path / name).write_text(header + "\n".join(lines[:2]) + "\n", "utf-8")
     with pytest.raises(EinschaltError, match="2 of 2 heights in the area"):
         read_heights(tmp_path / name).over(AREA)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "x y z\n",
+        '"X","Y","Z"\n',
+        "# of a survey\n",
+        "# of a survey\n\nX Y Z\n# in metres\n",
+        "easting,northing,height\n",
+        "Rechtswert Hochwert Höhe\n",
+    ],
+)
+def test_xyz_may_have_a_header_and_comments(head, tmp_path):
+    sign = "," if "," in head else " "
+    lines = [sign.join(row) + "\n" for row in (["1.5", "2", "3"], ["2", "3", "4"])]
+    path = tmp_path / "a.xyz"
+    path.write_text(head + "".join(lines), "utf-8")
+    heights = read_heights(path)
+    assert heights.plane.tolist() == [[1.5, 2.0], [2.0, 3.0]]
+    assert heights.height.tolist() == [3.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.txt", "x y z\n1 2 3\n", "'y' and 'x'.*Call the columns easting"),
+        ("a.csv", "X,Y,H\n1,2,3\n", "Call the columns easting, northing and height"),
+        ("a.xyz", "y x z\n1 2 3\n", "Call the columns easting, northing and height"),
+        ("a.csv", "easting;northing;height\n1,500;2;3\n", "with decimal points"),
+        ("a.csv", "easting,northing,Höhe,Hoehe\n1,2,3,4\n", "both be height.*Call the"),
+        ("a.xyz", "# nothing else\n", "a.xyz"),
+        ("a.xyz", "x y z\n", "a.xyz"),
+        ("a.xyz", "x y z\n1 2\n", "row 2: the line has 2 numbers"),
+        ("a.asc", "ncols 2\nnrows 1\n1 2\n", "ASCII grid .*not read.*to GeoTIFF"),
+    ],
+)
+def test_advice_on_heights_is_of_heights(name, text, says, tmp_path):
+    """A plan has no block.toml to say columns in."""
+    (tmp_path / name).write_text(text, "utf-8")
+    with pytest.raises(EinschaltError, match=says) as caught:
+        read_heights(tmp_path / name)
+    assert "block.toml" not in str(caught.value)

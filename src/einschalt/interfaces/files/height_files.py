@@ -8,14 +8,22 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.errors import FileError, ProjectionError, raise_problems
+from einschalt.foundations.errors import (
+    FileError,
+    ProjectionError,
+    TableError,
+    raise_problems,
+)
 from einschalt.foundations.projections import label_of, read_crs
+from einschalt.interfaces.files.csv_headers import COMMENT
+from einschalt.interfaces.files.csv_tables import understand_csv
 from einschalt.interfaces.files.input_files import read_once, require_text
-from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 TIFF_SUFFIXES = (".tif", ".tiff")
-LIST_SUFFIXES = (".xyz", ".csv", ".txt", ".parquet")
+XYZ, ASCII_GRID = ".xyz", ".asc"
+LIST_SUFFIXES = (XYZ, ".csv", ".txt", ".parquet")
 HEIGHTS = tables.Schema(
     "heights",
     tuple(
@@ -45,6 +53,13 @@ def read_heights(path, crs=None) -> GroundHeights:
     suffix = Path(path).suffix.lower()
     if suffix in TIFF_SUFFIXES:
         return _of_tiff(read_once(path, source), crs)
+    if suffix == ASCII_GRID:
+        raise FileError(
+            f"an ASCII grid ({suffix!r}) is not read",
+            expected=", ".join((*TIFF_SUFFIXES, *LIST_SUFFIXES)),
+            remedy="Convert it to GeoTIFF, as QGIS and gdal_translate do",
+            file=source,
+        )
     if suffix not in LIST_SUFFIXES:
         raise FileError(
             f"the suffix {suffix!r} is none of heights",
@@ -54,10 +69,25 @@ def read_heights(path, crs=None) -> GroundHeights:
         )
     if suffix != ".parquet" and (found := _bare_numbers(path, source)) is not None:
         return found
-    checked = tables.check_table(read_table(path, HEIGHTS), HEIGHTS, source=source)
+    read = understand_csv if suffix == XYZ else understand_table
+    try:
+        frame = read(path, HEIGHTS, source=source).frame
+    except TableError as error:
+        raise _without_block(error) from error.__cause__
+    checked = tables.check_table(frame, HEIGHTS, source=source)
     raise_problems(checked.problems)
     values = checked.frame[["easting", "northing", "height"]].to_numpy(dtype=float)
     return GroundHeights(values[:, :2], values[:, 2], source)
+
+
+def _without_block(error):
+    """The same error, its remedy without block.toml, which no plan has."""
+    remedy = error.remedy or ""
+    if "columns =" in remedy:
+        return error.with_facts(remedy="Call the columns easting, northing and height")
+    if "decimal =" in remedy:
+        return error.with_facts(remedy="Write the heights with decimal points")
+    return error
 
 
 def read_heights_over(path, area) -> GroundHeights:
@@ -71,10 +101,21 @@ def read_heights_over(path, area) -> GroundHeights:
 
 
 def _bare_numbers(path, source):
-    """Heights of a list without a header; None where the first line is one."""
+    """Heights of a list without a header; None where the first line is one.
+
+    Comments are left out, and the header of an XYZ that says no more than its name.
+    """
     text = require_text(read_once(path, source).data, source).decode("utf-8")
-    rows = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
-    rows = [(number, SEPARATORS.split(line.strip())) for number, line in rows]
+    lines = [(n, line.strip()) for n, line in enumerate(text.splitlines(), 1)]
+    rows = [
+        (number, SEPARATORS.split(line))
+        for number, line in lines
+        if line and not line.startswith(COMMENT)
+    ]
+    if Path(path).suffix.lower() == XYZ and len(rows) > 1 and _says_xyz(rows[0][1]):
+        rows = rows[1:]
+    if not rows:
+        return None
     try:
         first = [float(cell) for cell in rows[0][1]]
     except ValueError:
@@ -100,6 +141,10 @@ def _bare_numbers(path, source):
             row=row,
         ) from error
     return GroundHeights(values[:, :2], values[:, 2], source)
+
+
+def _says_xyz(cells):
+    return [cell.strip("\"'").casefold() for cell in cells] == ["x", "y", "z"]
 
 
 def _first_that_is_none(rows):
