@@ -15,6 +15,7 @@ import einschalt as es
 from einschalt.interfaces.cli import lengths
 from einschalt.interfaces.cli.main import COMMANDS, app
 from einschalt.interfaces.cli.plan_values import costs_of
+from einschalt.interfaces.cli.wrong_calls import WrongValueError
 from einschalt.interfaces.files.glossary import entries
 
 KEYS = ["command", "status", "problems", "paths", "figures"]
@@ -137,6 +138,18 @@ def test_headline_figures(invoke, block_folder, tmp_path):
     assert re.search(r"einschalt \S+, Python \S+: \d+\.\d\d s", done.stderr)
     plan = said(invoke("plan", "--spacing", "300m", "--scale-number", 8000, "--json"))
     assert plan["figures"]["spacing"] == 300.0
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        *[("10yd", "10yd"), ("10yd,20yd", "10yd"), ("1m, 2 feet ,3m", "2 feet")],
+        *[("68x105feet", "105feet"), ("10px x 20cm", "10px"), ("100:300:5yd", "5yd")],
+    ],
+)
+def test_an_unknown_unit_is_named_in_a_list_too(text, wrong):
+    with pytest.raises(WrongValueError, match=f"^{wrong!r} has a unit that is not"):
+        lengths.in_unit(text, "m")
 
 
 @pytest.mark.parametrize(

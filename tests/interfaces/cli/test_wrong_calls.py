@@ -69,6 +69,16 @@ CALLS = {
         "one of km, m, dm, cm, mm, um, µm, μm, ft",
         None,
     ),
+    ("plan", "--expect", "--spacing", "10m,20yd"): (
+        "--spacing: '20yd' has a unit that is not known",
+        "one of km, m, dm, cm, mm, um, µm, μm, ft",
+        None,
+    ),
+    ("plan", "--image-format", "68 x 106feet"): (
+        "--image-format: '106feet' has a unit that is not known",
+        "one of km, m, dm, cm, mm, um, µm, μm, ft",
+        None,
+    ),
     # what is refused behind the call
     ("plan", "--scale", 50): ("--scale = 50", "100 to 500000", "Give the denominator"),
     ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 500000", "Give"),
@@ -82,6 +92,11 @@ CALLS = {
         "--scale has 2 values",
         "one value: a layout has one",
         "Write --scale 8000",
+    ),
+    ("plan", "--target", "5cm", "--m-g-um", "4;5", "--high-m-g-um", 5): (
+        "--m-g-um has 2 values beside --high-m-g-um",
+        "one value: a search has one ratio of the errors of both flights",
+        "Write --m-g-um 4, or leave --high-m-g-um out",
     ),
     ("simulate", "--scale", 5, *OUT): ("--scale = 5.0", "500 to 200000", None),
     ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5.0", "500 to 200000", None),

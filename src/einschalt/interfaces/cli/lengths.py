@@ -50,6 +50,7 @@ COMMA_OR_LIST = re.compile(r"[+-]?(\d+),(\d+)\s*[A-Za-zµμ]*")
 # ten thousand, or ten with three decimals
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}\s*[A-Za-zµμ]*")
 OTHER_UNIT = re.compile(rf"{NUMBER}\s*[A-Za-zµμ'\"]+")
+JOINT = re.compile(r"[,:×]|x(?=\s*[-+.\d])")  # an x may be a letter of a unit
 TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
 
@@ -64,11 +65,12 @@ def in_unit(text, unit):
     >>> in_unit("20,30cm", "m"), in_unit("vermv_2016", "m")
     ('0.2,0.3', 'vermv_2016')
     """
-    if OTHER_UNIT.fullmatch(text.strip()) and not PIECE.fullmatch(text.strip()):
-        raise WrongValueError(
-            f"{text!r} has a unit that is not known",
-            expected=f"one of {', '.join(METRES)}",
-        )
+    for part in map(str.strip, JOINT.split(text)):
+        if OTHER_UNIT.fullmatch(part) and not PIECE.fullmatch(part):
+            raise WrongValueError(
+                f"{part!r} has a unit that is not known",
+                expected=f"one of {', '.join(METRES)}",
+            )
     if not TEXT.fullmatch(text.strip()):
         return text
     pieces = list(PIECE.finditer(text))

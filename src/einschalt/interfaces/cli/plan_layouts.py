@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from einschalt.foundations.errors import EinschaltError, GeometryError
+from einschalt.foundations.errors import EinschaltError, GeometryError, SettingsError
 from einschalt.foundations.language import (
     figure,
     in_english,
@@ -16,6 +16,7 @@ from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
+from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.choice.check import check_plans
 from einschalt.pipeline.planning.choice.finer_choices import REFINED
@@ -241,7 +242,15 @@ def _high_over_low_m_g(asked):
     high = asked["high_m_g_um"]
     if high is None:
         return 1.0
-    low = asked.only("m_g_um", asked.flight.preset.m_g_um[:1])
+    given = asked.numbers("m_g_um", asked.flight.preset.m_g_um[:1])
+    if len(given) != 1:
+        option, ratio = option_of("m_g_um"), option_of("high_m_g_um")
+        raise SettingsError(
+            f"{option} has {len(given)} values beside {ratio}",
+            expected="one value: a search has one ratio of the errors of both flights",
+            remedy=f"Write {option} {given[0]:g}, or leave {ratio} out",
+        )
+    (low,) = given
     return checked_number("m_g_um", high) / low
 
 
