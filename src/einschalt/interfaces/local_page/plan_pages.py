@@ -45,6 +45,7 @@ WORK = mark_each(
     {
         "cost": "cost per km² (estimate)",
         "images": "images per km²",
+        "models": "models per km²",
         "settings": "pointings per km²",
         "control_points": "control points per km²",
     }

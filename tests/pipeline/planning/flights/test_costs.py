@@ -9,6 +9,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.cli import plan_layouts, typed_options
 from einschalt.interfaces.cli.plan import plan as plan_command
 from einschalt.interfaces.cli.plan_values import costs_of
+from einschalt.interfaces.local_page import plan_pages
 from einschalt.pipeline.planning.area.recommended import ITEM_TEXT
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
@@ -32,6 +33,8 @@ def test_all_prices_are_of_items_that_plans_count():
         typed_options.PRICES,
     ):
         assert list(named) == ITEMS
+    # whoever plans on the local page sees what makes the cost
+    assert set(COLUMN_OF_ITEM.values()) <= set(plan_pages.WORK)
 
 
 def test_usual_prices_of_the_command_are_those_of_python():
