@@ -81,16 +81,21 @@ class TriedLayouts:
 
     def of(self, plan):
         """Give the layout of a row of a search, with its errors of measuring."""
-        key = tuple(plan[list(LAYOUT)])
-        with self._one_by_one:
-            if key not in self._known:
-                self._known[key] = self._tried(plan)
-        found, usual = self._known[key], design_of(plan, self.frame)
-        if isinstance(found, EinschaltError):
-            raise found
+        found, usual = self._of_any(plan), design_of(plan, self.frame)
         errors = {"m_g_um": usual.m_g_um, "high_m_g_um": usual.high_m_g_um}
         design = replace(found.layout.design, **errors)
         return replace(found, layout=replace(found.layout, design=design))
+
+    def _of_any(self, plan):
+        """Give the same layout, with the errors of the plan that had it first."""
+        key = tuple(plan[name] for name in LAYOUT)
+        with self._one_by_one:
+            if key not in self._known:
+                self._known[key] = self._tried(plan)
+        found = self._known[key]
+        if isinstance(found, EinschaltError):
+            raise found
+        return found
 
     def _tried(self, plan):
         """Lay a plan out, or give the error that refuses it: that takes as long."""
@@ -108,7 +113,7 @@ class TriedLayouts:
         if self._work > MOST_COUNTED:
             return None
         n_known = len(self._known)
-        found = self.of(plan)
+        found = self._of_any(plan)
         if len(self._known) > n_known:
             flights = found.layout.flights.values()
             is_level = self.ground.heights is None

@@ -45,6 +45,7 @@ class Trials:
             *(self.plans[name].to_numpy() for name in ("m_g_um", "n_settings"))
         )
         self.steps = _steps_of(self.plans)
+        self.layouts = self.plans[list(LAYOUT)].to_numpy(dtype=float)
         self.is_left = np.ones(n_plans, dtype=bool)
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
         self.counted = np.full(n_plans, np.nan)  # costs
@@ -221,8 +222,7 @@ class Trials:
             self.missed.append(ratio)
 
     def _has_layout_of(self, plan):
-        names = list(LAYOUT)
-        return self.plans[names].eq(plan[names]).all(axis=1).to_numpy()
+        return (self.layouts == [float(plan[name]) for name in LAYOUT]).all(axis=1)
 
 
 class _Shown:
