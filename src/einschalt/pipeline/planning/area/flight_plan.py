@@ -119,10 +119,10 @@ def _control(layout, frame, heights):
     )
 
 
-def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
-    """Amounts over the whole area; settings by the points that are wanted.
+def amounts_of(layout: AreaLayout, plan) -> dict[str, int]:
+    """Amounts over the whole area, by item; settings by the points that are wanted.
 
-    ``plan`` is the row of the search; gives item, amount, price and cost.
+    ``plan`` is the row of the search.
     """
     values = sum(len(layout.oriented(flight).point) for flight in FLIGHTS)
     denser = (layout.geometry.point_spacing / float(plan["spacing"])) ** 2
@@ -133,12 +133,17 @@ def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
         for k in range(len(layout.flights[flight].rasters))
     )
     models = sum(layout.flights[flight].n_models for flight in FLIGHTS)
-    amounts = {
+    return {
         "image": images,
         "model": models,
         "setting": settings,
         "control_point": len(layout.control),
     }
+
+
+def effort(layout: AreaLayout, plan, frame) -> pd.DataFrame:
+    """Item, amount, price and cost of all that a row of a search takes."""
+    amounts = amounts_of(layout, plan)
     items = list(COLUMN_OF_ITEM)
     table = pd.DataFrame(
         {

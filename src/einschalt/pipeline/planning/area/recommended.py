@@ -21,7 +21,6 @@ from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
     GroundTooHighError,
-    effort,
     flight_plan,
     require_above_ground,
     require_overlap,
@@ -261,10 +260,8 @@ class _OverArea:
         """
         found = self.layouts.of(plan)
         if self.ground.heights is None and not found.is_part:
-            taken = effort(found.layout, plan, self.frame)["cost"].sum()
-        else:
-            taken = self.whole(plan)[1].cost
-        return taken / self.area.square_km
+            return self.layouts.counted(found.layout, plan)
+        return self.whole(plan)[1].cost / self.area.square_km
 
 
 def _most_tried(area, search):

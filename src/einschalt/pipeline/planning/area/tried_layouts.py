@@ -9,7 +9,7 @@ import numpy as np
 from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.typesetting import per_cent
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.flight_plan import effort, require_overlap
+from einschalt.pipeline.planning.area.flight_plan import amounts_of, require_overlap
 from einschalt.pipeline.planning.area.layout import (
     SHORTEST_SIDE,
     AreaLayout,
@@ -19,6 +19,7 @@ from einschalt.pipeline.planning.area.layout import (
 from einschalt.pipeline.planning.area.on_the_ground import over_ground
 from einschalt.pipeline.planning.choice.check import design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT
+from einschalt.pipeline.planning.flights.costs import cost_of
 from einschalt.pipeline.planning.flights.flight_design import MOST_WORK, FlightDesign
 from einschalt.pipeline.planning.flights.points_in_models import (
     MOST_ON_THE_GROUND,
@@ -121,8 +122,12 @@ class TriedLayouts:
             self._work += least + sum(len(flown.point) for flown in flights)
         if found.is_part:
             return np.nan
-        costs = effort(found.layout, plan, self.frame)["cost"]
-        return costs.sum() / self.area.square_km
+        return self.counted(found.layout, plan)
+
+    def counted(self, layout, plan):
+        """Count what a plan with some layout costs for each km²."""
+        amounts = amounts_of(layout, plan)
+        return cost_of(amounts, self.frame.costs) / self.area.square_km
 
 
 def laid_out(area, plan, frame, ground=OverGround(), *, known=None):
