@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 from tests.truth.disturbed_blocks import onto_grouped_approximations
 
 import einschalt as es
@@ -14,6 +15,7 @@ from einschalt.stages.error_propagation.error_model import model_of_block
 from einschalt.stages.error_propagation.given_points import (
     control_shares_errors,
     errors_of_control,
+    errors_of_table,
 )
 from einschalt.theory.adjustment.point_operator import Axes
 
@@ -57,6 +59,31 @@ def test_errors_alike_over_a_distance(demo_block, control_sizes, axes):
             found[place, place], np.outer(size, size) * alike, atol=1e-15
         )
     assert np.abs(found[: len(xy), len(xy) :][:, : len(xy)]).max() < 1e-15
+
+
+@pytest.mark.parametrize("without", [[0, 3, 4], [-1], slice(None)])
+def test_points_without_errors_have_none_and_take_none_from_others(demo_block, without):
+    control = demo_block.control_points
+    size = np.full(len(control), 0.05)
+    size[without] = 0.0
+    lengths = {"control_points": LENGTH}
+    block = replace(demo_block, correlation_lengths_m=lengths)
+    given = errors_of_table(block, "control_points", "control", size, Axes.PLANE)
+    found = _covariance(given, Axes.PLANE)[: len(size), : len(size)]
+    xy = control[PLANE].to_numpy()
+    alike = np.exp(-np.linalg.norm(xy[:, None] - xy[None], axis=2) / LENGTH)
+    np.testing.assert_allclose(found, np.outer(size, size) * alike, atol=1e-15)
+
+
+def test_residuals_may_leave_no_error_to_points_that_are_alike(demo_block):
+    """An m_g above all that residuals show: it divided by the 0 that is left."""
+    block = onto_given_approximations(demo_block, own_error=0.001, is_stated=False)
+    rough = replace(block.low_flight, m_g_um=200.0)
+    lengths = {"approximate_points": LENGTH}
+    block = replace(block, low_flight=rough, correlation_lengths_m=lengths)
+    model = densify(block).examination.error_model
+    assert (model.standard_errors["approximate_points"] == 0.0).all()
+    assert np.isfinite(model.ground["approximate_points"].matrix.data).all()
 
 
 def test_points_of_a_group_share_its_shift_and_others_nothing(demo_block):

@@ -67,7 +67,7 @@ def errors_of_table(block, table, source, sizes, axes) -> GivenErrors:
     length = block.correlation_lengths_m.get(table, 0.0)
     chains = {source: unchanged(axes)}
     if length > 0.0:
-        factor = exponential_factor(values_of(points, PLAN), length)
+        factor = _factor(values_of(points, PLAN), length, sizes)
         chains[source] = _of_sizes(sparse.csr_array(factor), sizes, axes)
     sizes = {source: sizes}
     members = group_members(points)
@@ -104,11 +104,26 @@ def group_members(points):
     return sparse.csr_array((np.ones(len(rows)), (rows, groups.codes)), shape)
 
 
+def _factor(place, length, sizes):
+    """Factor of the correlations of the points that have errors.
+
+    Points without are sources of nothing: what others shared with them is with these.
+    """
+    rows = np.flatnonzero(np.reshape(sizes, (len(sizes), -1)).any(axis=1))
+    if len(rows) == len(place):
+        return exponential_factor(place, length)
+    factor = np.zeros((len(place), len(place)))
+    if len(rows):
+        factor[np.ix_(rows, rows)] = exponential_factor(place[rows], length)
+    return factor
+
+
 def _of_sizes(factor, sizes, axes):
     """Operator of a factor of correlations; sources keep the sizes of their points."""
     each = axes.each(sizes).ravel()
     matrix = by_coordinate(factor, axes).matrix
-    scaled = sparse.diags_array(each) @ matrix @ sparse.diags_array(1.0 / each)
+    per_size = np.divide(1.0, each, out=np.zeros(len(each)), where=each != 0.0)
+    scaled = sparse.diags_array(each) @ matrix @ sparse.diags_array(per_size)
     return PointOperator((scaled.tocsr(),), axes)
 
 
