@@ -12,13 +12,11 @@ FEWEST_POINTS, FEWEST_ROWS = 12, 3
 ROUNDED = 1.0 + 1e-6  # of sizes: of what just fits, and is advised
 
 
-def of_possible_scales(given, extent):
-    """Leave out combinations of scales that no layout over an area can have.
+def of_possible_scales(given):
+    """Leave out combinations of scales that no layout can have.
 
-    ``given`` has scale_number and high_over_low, (n,); ``extent``: see :func:`fits_in`.
+    ``given`` has scale_number and high_over_low, (n,).
     """
-    if extent is None:
-        return given
     high = given["scale_number"] * given["high_over_low"]
     is_possible = (given["scale_number"] >= SCALES.low) & (high <= SCALES.high)
     return {name: values[is_possible] for name, values in given.items()}
@@ -33,7 +31,7 @@ def require_possible(given, frame):
         value, allowed = getattr(frame, name), RANGES[name]
         if value not in allowed:
             raise SettingsError(f"{name} = {value:g}", expected=str(allowed))
-    possible = of_possible_scales(given, frame.extent)
+    possible = of_possible_scales(given)
     if not len(possible["scale_number"]):
         low = given["scale_number"]
         high = low * given["high_over_low"]

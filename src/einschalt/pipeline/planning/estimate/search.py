@@ -299,7 +299,7 @@ def _is_planned(choices, frame, model, **changes):
     # how well points are measured decides of no combination whether it is possible
     alike = {n: np.atleast_1d(getattr(choices, n))[:1] for n in OF_MEASURING}
     given = _combine(replace(choices, **alike, **others))
-    given = of_possible_scales(given, frame.extent)
+    given = of_possible_scales(given)
     fill = model_fill(given, model, frame.principal_distance, max_height)
     columns = _flown(given, fill.is_possible)
     columns |= work_for_each_km2(columns, frame, model)
