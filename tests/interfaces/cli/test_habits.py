@@ -145,6 +145,7 @@ def test_headline_figures(invoke, block_folder, tmp_path):
     [
         *[("10yd", "10yd"), ("10yd,20yd", "10yd"), ("1m, 2 feet ,3m", "2 feet")],
         *[("68x105feet", "105feet"), ("10px x 20cm", "10px"), ("100:300:5yd", "5yd")],
+        *[("1x2px", "2px"), ("3yd x", "3yd")],
     ],
 )
 def test_an_unknown_unit_is_named_in_a_list_too(text, wrong):

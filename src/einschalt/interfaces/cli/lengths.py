@@ -50,7 +50,8 @@ COMMA_OR_LIST = re.compile(r"[+-]?(\d+),(\d+)\s*[A-Za-zµμ]*")
 # ten thousand, or ten with three decimals
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}\s*[A-Za-zµμ]*")
 OTHER_UNIT = re.compile(rf"{NUMBER}\s*[A-Za-zµμ'\"]+")
-JOINT = re.compile(r"[,:×]|x(?=\s*[-+.\d])")  # an x may be a letter of a unit
+# an x between numbers, or behind one; others are letters of a unit
+JOINT = re.compile(r"[,:×]|x(?=\s*[-+.\d])|(?<=[\d\s])x$")
 TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
 
