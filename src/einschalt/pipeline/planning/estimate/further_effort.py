@@ -8,7 +8,6 @@ import numpy as np
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length, number, scale
-from einschalt.pipeline.planning.estimate.possible_layouts import SCALES
 from einschalt.pipeline.planning.flights.arguments import RANGES
 
 MOST_PLANS = 500  # the most precise ones, which are changed
@@ -106,9 +105,8 @@ def _values_beyond(choices, control_error):
     values = {
         name: [_round(part * value) for part in LESS] for name, value in least.items()
     }
-    lowest = {"spacing": RANGES["spacing"].low, "scale_number": SCALES.low}
     for name in least:
-        values[name] = [v for v in values[name] if v >= lowest[name]]
+        values[name] = [v for v in values[name] if v >= RANGES[name].low]
     nearest = min(choices.high_over_low)
     values["high_over_low"] = [ratio for ratio in NEARER if ratio < nearest]
     settings = (most * times for times in MORE)

@@ -17,9 +17,14 @@ def of_possible_scales(given):
 
     ``given`` has scale_number and high_over_low, (n,).
     """
-    high = given["scale_number"] * given["high_over_low"]
-    is_possible = (given["scale_number"] >= SCALES.low) & (high <= SCALES.high)
+    low = given["scale_number"]
+    is_possible = are_possible(low, low * given["high_over_low"])
     return {name: values[is_possible] for name, values in given.items()}
+
+
+def are_possible(low, high):
+    """Tell which scale numbers of both flights a layout can have."""
+    return (low >= SCALES.low) & (high <= SCALES.high)
 
 
 def require_possible(given, frame):

@@ -17,6 +17,7 @@ from einschalt.pipeline.planning.estimate.further_effort import (
     further_efforts,
 )
 from einschalt.pipeline.planning.estimate.possible_layouts import (
+    are_possible,
     fits_in,
     of_possible_scales,
     require_possible,
@@ -227,7 +228,8 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
         def estimate(plans, control_error):
             changed = replace(frame, control_standard_error=control_error)
             columns = _estimated(plans, changed, model, where)
-            is_fit = fits_in(columns, frame.extent, model)
+            scales = columns["scale_number"], columns["high_scale_number"]
+            is_fit = fits_in(columns, frame.extent, model) & are_possible(*scales)
             return np.where(is_fit, columns[f"reached_{by}"], np.inf)
 
         given = (choices, frame.control_standard_error, target, estimate)
