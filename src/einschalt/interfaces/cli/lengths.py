@@ -9,13 +9,14 @@ import re
 from einschalt.interfaces.cli.wrong_calls import WrongValueError
 
 # written so by surveyors and by keyboards without Greek letters
+MU_M = "\u03bcm"  # with the Greek letter, as some keyboards have it
 METRES = {
     "km": 1e3,
     "m": 1.0,
     "dm": 1e-1,
     "cm": 1e-2,
     "mm": 1e-3,
-    **dict.fromkeys(("um", "µm", "μm"), 1e-6),
+    **dict.fromkeys(("um", "µm", MU_M), 1e-6),
     "ft": 0.3048,  # the international one, as heights of flights are told in
 }
 SHARE = "0 to 1"  # which may be given as 60%
@@ -70,7 +71,8 @@ def in_unit(text, unit):
         if OTHER_UNIT.fullmatch(part) and not PIECE.fullmatch(part):
             raise WrongValueError(
                 f"{part!r} has a unit that is not known",
-                expected=f"one of {', '.join(METRES)}",
+                # µ once: its two characters look the same
+                expected=f"one of {', '.join(name for name in METRES if name != MU_M)}",
             )
     if not TEXT.fullmatch(text.strip()):
         return text

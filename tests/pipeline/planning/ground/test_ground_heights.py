@@ -92,11 +92,17 @@ def test_an_area_with_a_gap_of_heights_is_refused(is_there):
         heights_where(is_there).require_cover(FIELD)
 
 
-def test_scattered_heights_cover_an_area():
-    rng = np.random.default_rng(3)
-    for n in (300, 3000):
-        plane = ORIGIN + rng.uniform(-300.0, SIDES + 300.0, (n, 2))
-        GroundHeights(plane, np.full(n, 400.0), "points.csv").require_cover(FIELD)
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("n", [300, 3000, 30_000])
+def test_scattered_heights_cover_an_area(n, seed):
+    """Points thinned at random are refused no more for the widest of their gaps."""
+    rng = np.random.default_rng(seed)
+    plane = ORIGIN + rng.uniform(-300.0, SIDES + 300.0, (n, 2))
+    heights = GroundHeights(plane, np.full(n, 400.0), "points.csv")
+    heights.require_cover(FIELD)
+    side = np.sqrt(np.prod(SIDES + 600.0) / n)
+    assert 0.9 * side < heights.mesh_size < 1.2 * side
+    assert heights.spacing < 0.6 * side
 
 
 def test_places_that_stand_twice_are_as_far_apart_as_they_are():

@@ -150,14 +150,29 @@ class GroundHeights:
 
         return KDTree(self.plane)
 
-    @cached_property
+    @property
     def spacing(self) -> float:
         """Usual distance of a height from the next [m]."""
+        return float(self._to_others[1])
+
+    @property
+    def mesh_size(self) -> float:
+        """Side of the square that a height stands for, usually [m].
+
+        Four others are as near: of a lattice exactly, of scattered heights on the
+        average, the next of which is only half as far away.
+        """
+        return float(self._to_others[-1])
+
+    @cached_property
+    def _to_others(self):
+        """Usual distances to itself and to the next ones, at most four [m]."""
         from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
 
         places = np.unique(self.plane, axis=0)  # exports may overlap
-        step = max(1, len(places) // 1000)
-        return float(np.median(KDTree(places).query(places[::step], k=2)[0][:, 1]))
+        step, n_near = max(1, len(places) // 1000), min(5, len(places))
+        away = KDTree(places).query(places[::step], k=n_near)[0]
+        return np.median(away, axis=0)
 
     def require_cover(self, area):
         """Refuse heights that leave the border of an area, or a place in it, bare.
@@ -166,12 +181,12 @@ class GroundHeights:
         """
         n_held = max(int(area.holds(area.to_local(self.plane)).sum()), 1)
         expected = float(np.sqrt(area.shape.area / n_held))
-        self._require_near(area.border, self.spacing)
-        self._require_near(area.places(PLACES_IN_AREA), max(self.spacing, expected))
+        self._require_near(area.border, self.mesh_size)
+        self._require_near(area.places(PLACES_IN_AREA), max(self.mesh_size, expected))
 
     def _require_near(self, ground, spacing):
         away = self._tree.query(ground)[0]
-        apart = number(self.spacing, 2)
+        apart = number(self.mesh_size, 2)
         if away.max() > FARTHEST_CELLS * max(spacing, 1.0):
             east, north = ground[int(np.argmax(away))]
             raise GeometryError(
