@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 import shapely
 
+from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.ground import ground_heights
+from einschalt.pipeline.planning.ground import ground_heights, height_lattice
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
-from einschalt.pipeline.planning.ground.height_lattice import SHIFT, HeightLattice
+from einschalt.pipeline.planning.ground.height_lattice import (
+    SHIFT,
+    HeightLattice,
+    HeightTriangles,
+)
 
 ORIGIN = np.array([4e5, 5.3e6])
 CELL = 10.0
@@ -196,6 +201,21 @@ def test_a_slope_stays_one_where_cells_are_not_whole(places):
     ground = np.random.default_rng(9).uniform(200.0, 2700.0, (2000, 2))
     found = heights.straight_below(ground)
     np.testing.assert_allclose(found, 500.0 + ground @ slope, atol=1e-9)
+
+
+def test_triangles_are_solved_by_one_thread(monkeypatch):
+    """LAPACK with threads, on a busy machine, took 42 s of 80 000, and one 0.2 s."""
+    asked = []
+
+    def counted():
+        asked.append(True)
+        return one_blas_thread()
+
+    monkeypatch.setattr(height_lattice, "one_blas_thread", counted)
+    triangles = HeightTriangles.of(staggered_rows(), np.zeros(1800), 50.0)
+    assert asked == [True]
+    # nothing is left to be solved when heights are asked for
+    assert triangles.mesh._transform is not None
 
 
 def test_a_raster_without_a_gap_spans_no_triangles():

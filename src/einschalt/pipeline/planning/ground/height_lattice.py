@@ -10,6 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from einschalt.foundations.blas_threads import one_blas_thread
+
 SAME_ROW = 3  # decimals of metres, of rasters that were written as lists
 # of the distance to the next: so far places are shifted before triangles are spanned.
 # Four on a circle, as turned rasters have everywhere, take Qhull ten times as long
@@ -102,7 +104,12 @@ class HeightTriangles:
         from scipy.spatial import Delaunay  # noqa: PLC0415 - loaded when asked for
 
         shift = np.random.default_rng(0).uniform(-SHIFT, SHIFT, plane.shape)
-        return cls(plane, height, Delaunay(plane + spacing * shift))
+        # of every triangle a small system is solved: threads of LAPACK that wait for a
+        # core take a hundred times as long as one
+        with one_blas_thread():
+            mesh = Delaunay(plane + spacing * shift)
+            _ = mesh.transform  # it is kept
+        return cls(plane, height, mesh)
 
     def at(self, ground):
         """Height at places (n, 2) [m], on the plane of each triangle; NaN beside all.
