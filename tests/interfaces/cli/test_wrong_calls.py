@@ -66,17 +66,17 @@ CALLS = {
     ),
     ("plan", "--target", "5feet"): (
         "--target: '5feet' has a unit that is not known",
-        "one of km, m, dm, cm, mm, um, µm, μm, ft",
+        "one of km, m, dm, cm, mm, um, µm, ft",
         None,
     ),
     ("plan", "--expect", "--spacing", "10m,20yd"): (
         "--spacing: '20yd' has a unit that is not known",
-        "one of km, m, dm, cm, mm, um, µm, μm, ft",
+        "one of km, m, dm, cm, mm, um, µm, ft",
         None,
     ),
     ("plan", "--image-format", "68 x 106feet"): (
         "--image-format: '106feet' has a unit that is not known",
-        "one of km, m, dm, cm, mm, um, µm, μm, ft",
+        "one of km, m, dm, cm, mm, um, µm, ft",
         None,
     ),
     # what is refused behind the call

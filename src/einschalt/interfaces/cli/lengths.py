@@ -8,8 +8,8 @@ import re
 
 from einschalt.interfaces.cli.wrong_calls import WrongValueError
 
+MU_M = "\u03bcm"  # with the Greek letter; µm has the sign of its own
 # written so by surveyors and by keyboards without Greek letters
-MU_M = "\u03bcm"  # with the Greek letter, as some keyboards have it
 METRES = {
     "km": 1e3,
     "m": 1.0,

@@ -19,11 +19,17 @@ from einschalt.interfaces.files.csv_headers import COMMENT
 from einschalt.interfaces.files.csv_tables import understand_csv
 from einschalt.interfaces.files.input_files import read_once, require_text
 from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.understood_tables import answered_elsewhere
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 XYZ, ASCII_GRID = ".xyz", ".asc"
 LIST_SUFFIXES = (XYZ, ".csv", ".txt", ".parquet")
+# plans have no block.toml to say it in
+ANSWERS = {
+    "columns =": "Call the columns easting, northing and height",
+    "decimal =": "Write the heights with decimal points",
+}
 HEIGHTS = tables.Schema(
     "heights",
     tuple(
@@ -73,21 +79,11 @@ def read_heights(path, crs=None) -> GroundHeights:
     try:
         frame = read(path, HEIGHTS, source=source).frame
     except TableError as error:
-        raise _without_block(error) from error.__cause__
+        raise answered_elsewhere(error, ANSWERS) from None
     checked = tables.check_table(frame, HEIGHTS, source=source)
     raise_problems(checked.problems)
     values = checked.frame[["easting", "northing", "height"]].to_numpy(dtype=float)
     return GroundHeights(values[:, :2], values[:, 2], source)
-
-
-def _without_block(error):
-    """The same error, its remedy without block.toml, which no plan has."""
-    remedy = error.remedy or ""
-    if "columns =" in remedy:
-        return error.with_facts(remedy="Call the columns easting, northing and height")
-    if "decimal =" in remedy:
-        return error.with_facts(remedy="Write the heights with decimal points")
-    return error
 
 
 def read_heights_over(path, area) -> GroundHeights:

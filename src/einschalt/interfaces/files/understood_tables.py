@@ -59,6 +59,17 @@ class Said:
 NOTHING_SAID = Said()
 
 
+def answered_elsewhere(error, answers):
+    """A question on a table that block.toml does not answer, with another remedy.
+
+    ``answers``: remedies by words of those in whose place they stand; the same error
+    where none of them occurs.
+    """
+    found = (other for words, other in answers.items() if words in (error.remedy or ""))
+    other = next(found, None)
+    return error if other is None else error.with_facts(remedy=other)
+
+
 @dataclass(frozen=True, eq=False)
 class ReadTable:
     """A table as it was read."""

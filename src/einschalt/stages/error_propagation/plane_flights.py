@@ -50,6 +50,7 @@ from einschalt.theory.adjustment.point_operator import (
     weighted_mean,
 )
 from einschalt.theory.double_coverage import mean_of_values, position_in_extent
+from einschalt.theory.relative_orientation.deformation_error import roots_of
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
@@ -312,14 +313,14 @@ def _by_point(averaged, chains, sizes, fitted):
     """Chains to means of the high flight, and errors, with one number for many.
 
     Errors of points that no model is fitted on, all rows but ``fitted``, meet in the
-    mean of their point alone: what they make of it stands for them, a quarter of the
-    numbers on which each model of the low flight depends.
+    mean of their point alone: what they make of it stands for them, so that models of
+    the low flight depend on one number a point, not on one of each model that holds it.
     """
     axes, n_rows = averaged.axes, averaged.n_sources
     of_fitted = selection(fitted, n_rows, axes).T
     unfitted = sizes[HIGH].copy()
     unfitted[fitted] = 0.0
-    roots = _lower_roots(averaged.covariances(unfitted))
+    roots = roots_of(averaged.covariances(unfitted))
     chains = {
         name: averaged @ (chain if name == CONTROL else chain @ of_fitted)
         for name, chain in chains.items()
@@ -331,17 +332,6 @@ def _by_point(averaged, chains, sizes, fitted):
     }
     sizes[UNFITTED] = np.ones(averaged.n_points)
     return chains, sizes
-
-
-def _lower_roots(covariance):
-    """L of covariances (n, 2, 2) = L Lᵀ, of none as well."""
-    root = np.zeros_like(covariance)
-    first = root[:, 0, 0] = np.sqrt(covariance[:, 0, 0])
-    is_any = first > 0.0
-    root[is_any, 1, 0] = covariance[is_any, 1, 0] / first[is_any]
-    rest = covariance[:, 1, 1] - root[:, 1, 0] ** 2
-    root[:, 1, 1] = np.sqrt(np.maximum(rest, 0.0))
-    return root
 
 
 def _of_rows(factors, axes):

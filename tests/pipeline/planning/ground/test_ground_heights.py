@@ -110,6 +110,14 @@ def test_scattered_heights_cover_an_area(n, seed):
     assert heights.spacing < 0.6 * side
 
 
+def test_one_place_however_often_covers_no_area():
+    middle = ORIGIN + SIDES / 2.0
+    heights = GroundHeights(np.tile(middle, (5, 1)), np.full(5, 400.0), "points.csv")
+    assert heights.mesh_size == 0.0
+    with pytest.raises(GeometryError, match="expected heights of the whole area"):
+        heights.over(FIELD).require_cover(FIELD)
+
+
 def test_places_that_stand_twice_are_as_far_apart_as_they_are():
     once = grid(40, hills)
     twice = GroundHeights(

@@ -29,7 +29,7 @@ from einschalt.interfaces.files.block_schema import (
     schema_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
-from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import answered, propose
@@ -148,7 +148,8 @@ def _look(files, folder, said):
         try:
             return [one for path in files for one in look_at(path, said)]
         except TableError as error:
-            raise _answered_by_option(error) from None
+            # block.toml has the answer later, and an option now
+            raise answered_elsewhere(error, ANSWERS) from None
     found = []
     for path in files_below(folder) if Path(folder).is_dir() else []:
         try:
@@ -162,13 +163,6 @@ def _look(files, folder, said):
             remedy="Name them after --from, or write --template",
         )
     return found
-
-
-def _answered_by_option(error):
-    """A question to which block.toml has the answer later, and an option now."""
-    options = (o for words, o in ANSWERS.items() if words in (error.remedy or ""))
-    option = next(options, None)
-    return error if option is None else error.with_facts(remedy=option)
 
 
 def _given(options, proposal):

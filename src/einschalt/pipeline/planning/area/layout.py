@@ -91,7 +91,8 @@ def lay_out(area, design, *, seed=0, control=None, known=None) -> AreaLayout:
     Every coverage covers all of it. Control is set where the high flight's models want
     it: near their corners and middles, each point serving as many models as it can; or
     where ``control`` says, local positions (n_control, 2) [m]. ``known`` keeps flights
-    over the same area, and the same seed, for designs that differ in the other flight.
+    over the same area, and the same seed, for designs that differ in the other flight;
+    points that ``control`` displaces have flights of their own.
     GeometryError where the area is smaller than a model, or the models are too many.
     """
     geometry = geometry_over(area, design)

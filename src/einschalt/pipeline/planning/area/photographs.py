@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.batches import segment_min_max, segment_sum
 from einschalt.pipeline.planning.area.layout import FLIGHTS
 
 LETTER = {"high_flight": "H", "low_flight": "L"}
@@ -20,23 +21,21 @@ def photographs_of(layout, heights=None, limit=None, *, follows=False):
     below them [m]; ``follows``: see :func:`flight_plan`.
     """
     flights = [_exposures(layout, flight) for flight in FLIGHTS]
-    # lines are numbered over both flights
-    first_line = np.cumsum([0, *(flight.n_lines for flight in flights)])
-    line = np.concatenate(
-        [one.line + first for one, first in zip(flights, first_line[:-1], strict=True)]
-    )
-    plane = np.concatenate([flight.plane for flight in flights])
-    above, ground = _heights_over(layout, flights, heights)
-    if heights is not None and not follows:
-        ground = _mean_of(ground, line)
-    altitude = ground + above
-    lower, nadir = _within_limit(plane, altitude, line, limit, heights)
-    if not follows:
-        lower = _highest_of(lower, line)
     names = {
         name: np.concatenate([getattr(flight, name) for flight in flights])
         for name in ("photo_id", "line_id", "flight", "coverage")
     }
+    plane, line = np.concatenate([one.plane for one in flights]), names["line_id"]
+    # photographs of a line follow each other
+    start = np.flatnonzero(np.concatenate([[True], line[1:] != line[:-1], [True]]))
+    n_in_line = np.diff(start)
+    above, ground = _heights_over(layout, flights, heights)
+    if heights is not None and not follows:
+        ground = np.repeat(segment_sum(ground, start) / n_in_line, n_in_line)
+    altitude = ground + above
+    lower, nadir = _within_limit(plane, altitude, line, limit, heights)
+    if not follows:
+        lower = np.repeat(segment_min_max(lower, start)[1], n_in_line)
     return pd.DataFrame(
         {
             **names,
@@ -90,18 +89,13 @@ class _Exposures:
     coverage: np.ndarray  # (n,) of str
     line_id: np.ndarray  # (n,) of str
     photo_id: np.ndarray  # (n,) of str
-    line: np.ndarray  # (n,): number of the line, ascending from 0
     plane: np.ndarray  # (n, 2): easting, northing [m]
-
-    @property
-    def n_lines(self):
-        return int(self.line[-1]) + 1
 
 
 def _exposures(layout, flight) -> _Exposures:
     """Photographs of all models of a flight."""
     flown, letter = layout.flights[flight], LETTER[flight]
-    coverage, line_id, photo_id, line, centres = [], [], [], [], []
+    coverage, line_id, photo_id, centres = [], [], [], []
     for k, raster in enumerate(flown.rasters):
         strip, place = stations(flown, k)
         n_along, _ = raster.shape
@@ -115,13 +109,11 @@ def _exposures(layout, flight) -> _Exposures:
             line_id += [name] * n
             photo_id += [f"{name}-{one:03d}" for one in range(1, n + 1)]
         coverage += [str(k + 1)] * len(strip)
-        line += n_in_line.tolist()
     return _Exposures(
         flight=np.full(len(line_id), flight, dtype=object),
         coverage=np.array(coverage, dtype=object),
         line_id=np.array(line_id, dtype=object),
         photo_id=np.array(photo_id, dtype=object),
-        line=np.repeat(np.arange(len(line)), line),
         plane=layout.area.to_ground(np.concatenate(centres)),
     )
 
@@ -194,14 +186,3 @@ def _on_the_way(plane, altitude, line, heights):
     way = (k / n_parts[segment])[:, None]
     between = place[before[segment]] + way * step[segment]
     return before[segment], between[:, 2] - heights.straight_below(between[:, :2])
-
-
-def _mean_of(values, line):
-    """The mean of each line, for all of its photographs."""
-    return (np.bincount(line, values) / np.bincount(line))[line]
-
-
-def _highest_of(values, line):
-    """The highest of each line, for all of its photographs."""
-    start = np.flatnonzero(np.append(True, np.diff(line) != 0))
-    return np.maximum.reduceat(values, start)[line]

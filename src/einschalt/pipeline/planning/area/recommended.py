@@ -201,7 +201,7 @@ def _require_overlap_of_some(area, plans, frame, ground):
 
 def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
     search, left_out = _that_fit(area, search, frame)
-    over = _OverArea(area, frame, ground, TriedLayouts(area, frame, ground))
+    over = _OverArea(TriedLayouts(area, frame, ground))
     checked = check_plans(
         *(search, frame),
         most=_most_tried(area, search),
@@ -230,9 +230,6 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
 class _OverArea:
     """What plans of a search are worth over an area, and what they take."""
 
-    area: FlightArea
-    frame: PlanFrame
-    ground: OverGround
     layouts: TriedLayouts
     # by name of a plan: its whole layout, its FlightPlan, and what is to be said of it
     wholes: dict = field(default_factory=dict)
@@ -248,8 +245,9 @@ class _OverArea:
     def whole(self, plan):
         """Give a plan's layout and FlightPlan over the whole area, and their notes."""
         if plan.name not in self.wholes:
-            given = self.layouts.of(plan), self.frame, self.ground
-            self.wholes[plan.name] = _whole(self.area, plan, *given)
+            over, found = self.layouts, self.layouts.of(plan)
+            whole = _whole(over.area, plan, found, over.frame, over.ground)
+            self.wholes[plan.name] = whole
         return self.wholes[plan.name]
 
     def cost(self, plan):
@@ -259,9 +257,9 @@ class _OverArea:
         ground refuses no line, and none need be drawn.
         """
         found = self.layouts.of(plan)
-        if self.ground.heights is None and not found.is_part:
+        if self.layouts.ground.heights is None and not found.is_part:
             return self.layouts.counted(found.layout, plan)
-        return self.whole(plan)[1].cost / self.area.square_km
+        return self.whole(plan)[1].cost / self.layouts.area.square_km
 
 
 def _most_tried(area, search):

@@ -153,7 +153,7 @@ class GroundHeights:
     @property
     def spacing(self) -> float:
         """Usual distance of a height from the next [m]."""
-        return float(self._to_others[1])
+        return float(self._to_others[0])
 
     @property
     def mesh_size(self) -> float:
@@ -162,17 +162,18 @@ class GroundHeights:
         Four others are as near: of a lattice exactly, of scattered heights on the
         average, the next of which is only half as far away.
         """
-        return float(self._to_others[-1])
+        # three or fewer have no fourth; one place stands for nothing around it
+        return float(np.max(self._to_others, where=self._to_others < np.inf, initial=0))
 
     @cached_property
     def _to_others(self):
-        """Usual distances to itself and to the next ones, at most four [m]."""
+        """Usual distances to the next four, infinite where there are none [m]."""
         from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
 
         places = np.unique(self.plane, axis=0)  # exports may overlap
-        step, n_near = max(1, len(places) // 1000), min(5, len(places))
-        away = KDTree(places).query(places[::step], k=n_near)[0]
-        return np.median(away, axis=0)
+        step = max(1, len(places) // 1000)
+        away = KDTree(places).query(places[::step], k=5)[0]
+        return np.median(away[:, 1:], axis=0)
 
     def require_cover(self, area):
         """Refuse heights that leave the border of an area, or a place in it, bare.
