@@ -6,6 +6,7 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number, scale
+from einschalt.pipeline.planning.area.models_over_ground import shown
 from einschalt.pipeline.planning.estimate.possible_layouts import (
     FEWEST_POINTS,
     FEWEST_ROWS,
@@ -227,23 +228,7 @@ def _lay_flight(area, geometry, flight, position):
         model=np.empty(0, dtype=int),
         point=np.empty(0, dtype=int),
     )
-    return holding(layout, position, half)
-
-
-def holding(layout, position, half):
-    """Say which models hold which points, ``half`` [m] along and across from them."""
-    parts, number_of = [], 0
-    for k, raster in enumerate(layout.rasters):
-        places = layout.place[layout.coverage == k]
-        number = np.full(int(np.prod(raster.shape)), -1)
-        number[places] = np.arange(number_of, number_of + len(places))
-        centre, point = raster.holding(position, half)
-        is_kept = number[centre] >= 0
-        parts.append((number[centre[is_kept]], point[is_kept]))
-        number_of += len(places)
-    model, point = (np.concatenate(part) for part in zip(*parts, strict=True))
-    order = np.argsort(model, kind="stable")
-    return replace(layout, model=model[order], point=point[order])
+    return shown(layout, geometry, position)
 
 
 def models_worth_flying(shape, centres, half):

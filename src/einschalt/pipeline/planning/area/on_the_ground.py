@@ -15,8 +15,12 @@ from einschalt.foundations.typesetting import per_cent
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
     chosen_control,
-    holding,
     models_worth_flying,
+)
+from einschalt.pipeline.planning.area.models_over_ground import (
+    half_at,
+    risen,
+    shown,
 )
 from einschalt.pipeline.planning.area.photographs import (
     by_image,
@@ -33,7 +37,6 @@ PLACES_IN_HALF_A_MODEL = 6.0
 MOST_PLACES = 30_000
 MOST_ROUNDS = 16  # of models that are added
 NEAR = 1.5  # half models: a model so near may show a place on lower ground
-ROUNDING = 1e-6  # metres
 MOST_UNCOVERED, LEAST_SAID = 0.002, 0.0001  # of the area
 
 
@@ -118,8 +121,8 @@ def _places_of(layout, terrain):
     border = border[:: max(1, len(border) // MOST_PLACES)]
     position, wanted = np.concatenate([inside, border]), {}
     for flight, flown in layout.flights.items():
-        half = flown.scale_number * np.array(layout.geometry.usable_model) / 2.0
-        wanted |= _seen(holding(flown, position, half), flight, len(position))
+        level = shown(flown, layout.geometry, position)
+        wanted |= _seen(level, flight, len(position))
     return _Places(position, terrain.height(position), len(inside), wanted)
 
 
@@ -130,40 +133,6 @@ def _seen(flown, flight, n_places):
         found[flight, k] = np.zeros(n_places, dtype=bool)
         found[flight, k][flown.point[coverage == k]] = True
     return found
-
-
-def shown(flown, geometry, position, ground, *, rises=1.0):
-    """Say which points show in which models of a flight.
-
-    ``position`` (n, 2) of the points, and their heights ``ground`` (n,) [m]; by the
-    altitudes of the cameras, without heights (None) as on level ground. What lies
-    higher than planned is taken to rise so many times as much.
-    """
-    half = flown.scale_number * np.array(geometry.usable_model) / 2.0
-    if ground is None:
-        return holding(flown, position, half)
-    altitude = flown.camera_altitude(geometry)
-    nominal = geometry.principal_distance * flown.scale_number
-    deepest = (altitude.max() - ground.min()) / nominal
-    found = holding(flown, position, half_at(deepest, flown, geometry))
-    depth = (altitude[found.model] - ground[found.point]) / nominal
-    depth = _risen(depth, rises)
-    away = position[found.point] - flown.centre[found.model]
-    away = np.abs(turn(away, -flown.direction[found.model]))
-    is_in = (away <= half_at(depth[:, None], flown, geometry) + ROUNDING).all(axis=1)
-    return replace(found, model=found.model[is_in], point=found.point[is_in])
-
-
-def _risen(depth, rises):
-    return np.where(depth < 1.0, 1.0 - rises * (1.0 - depth), depth)
-
-
-def half_at(depth, flown, geometry):
-    """Half extents of a model of two images, so many times as deep as planned [m]."""
-    rims = 2.0 * geometry.unusable_rim
-    sides = np.array([geometry.image_format, geometry.across]) - rims
-    base = np.array([geometry.image_base, 0.0])
-    return flown.scale_number * (depth * sides - base) / 2.0
 
 
 def uncovered(layout):
@@ -291,7 +260,7 @@ class _Coverage:
         depth = (altitude - places.ground[point]) / self.nominal
         away = places.position[point] - self.raster.centres()[centre]
         away = np.abs(turn(away, -self.raster.direction))
-        depth = _risen(depth, RISES_MORE)[:, None]
+        depth = risen(depth, RISES_MORE)[:, None]
         is_in = (away <= half_at(depth, self.flown, self.geometry)).all(axis=1)
         return centre[is_in], point[is_in]
 
@@ -332,7 +301,7 @@ class _Coverage:
         near, of_near = np.unique(centre, return_inverse=True)
         altitude = self._altitudes(near)[of_near]
         depth = (altitude - places.ground[left]) / self.nominal
-        depth = _risen(depth, RISES_MORE)[:, None]
+        depth = risen(depth, RISES_MORE)[:, None]
         half = half_at(depth, self.flown, self.geometry)[:, axis]
         is_short = np.abs(local[:, axis] - nearest) > half
         is_low = local[:, axis] < nearest

@@ -22,10 +22,10 @@ from einschalt.pipeline.planning.area.layout import (
     lay_out,
     with_control_at,
 )
+from einschalt.pipeline.planning.area.models_over_ground import shown
 from einschalt.pipeline.planning.area.on_the_ground import (
     SurveyedTerrain,
     over_ground,
-    shown,
 )
 from einschalt.pipeline.planning.area.recommended import AreaPlan, propagate
 from einschalt.pipeline.planning.area.tried_layouts import (
