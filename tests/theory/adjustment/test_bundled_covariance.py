@@ -66,6 +66,18 @@ def test_pairs_of_points(axes, faster, monkeypatch):
     np.testing.assert_allclose(found, whole, atol=1e-12)
 
 
+@pytest.mark.parametrize("axes", Axes)
+def test_points_with_themselves(axes):
+    points, parameters = _of_bundles(axes), _to_bundles(axes)
+    size, every = axes.size(N_EACH), np.column_stack([np.arange(N_POINTS)] * 2)
+    rows = BundledRows.of(points, size)
+    met = rows.neighbours(every)
+    joint = joint_covariance(parameters, met, size, SIZES)
+    found = rows.variances(met, joint)
+    np.testing.assert_allclose(found, rows.covariances(every, met, joint), atol=1e-12)
+    np.testing.assert_array_equal(found, found.swapaxes(1, 2))
+
+
 @pytest.mark.parametrize("faster", [0, 10**9])
 def test_an_unusable_source_spoils_only_bundles_that_know_it(faster, monkeypatch):
     monkeypatch.setattr(bundled_covariance, "QUICKER_AS_A_WHOLE", faster)

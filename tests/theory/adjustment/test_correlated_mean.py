@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from einschalt.theory.adjustment import correlated_mean
 from einschalt.theory.adjustment.correlated_mean import (
     JointCovariance,
     best_shares,
@@ -191,3 +192,20 @@ def test_what_is_alike_in_all_coordinates_has_the_shares_of_one_of_them(k):
     # as long as nothing tells the coordinates apart: these are found the long way
     apart = alike * np.array([[1.0, 0.0], [0.0, 1.0 + 1e-9]])
     np.testing.assert_allclose(best_shares(apart), best_shares(alike), atol=1e-8)
+
+
+@pytest.mark.parametrize("k", [2, 5])
+def test_what_turns_and_scales_has_the_shares_of_complex_numbers(k, monkeypatch):
+    """Shares of both coordinates as one number are those of the pairs of them."""
+    rng = np.random.default_rng(3)
+    of_errors = rng.normal(size=(7, k, 2 * k)) + 1j * rng.normal(size=(7, k, 2 * k))
+    of_errors[0, 1] = of_errors[0, 0]  # the same errors
+    joint = of_errors @ of_errors.conj().swapaxes(1, 2)
+    joint[1, 0] = joint[1, :, 0] = np.nan  # not known
+    real, imag = joint.real, joint.imag
+    rows = np.stack([real, -imag], -1), np.stack([imag, real], -1)
+    covariance = np.stack(rows, -2)
+    shares = best_shares(covariance)
+    monkeypatch.setattr(correlated_mean, "_of_one_number", lambda blocks: blocks)
+    np.testing.assert_allclose(shares, best_shares(covariance), atol=1e-9)
+    assert abs(shares[..., 0, 1]).max() > 0.01  # they turn

@@ -284,7 +284,7 @@ class _Steps:
         rows, met, joint = self._joint(pairs, standard_errors, known)
         beside = self._beside(rows, standard_errors)
         for name, part in joint.items():
-            whole = rows.covariances(pairs, met, part)
+            whole = rows.variances(met, part)
             size = rows.independent_variances(met, part)
             if name in of_direct:
                 whole += rows.covariances_with(beside[name], pairs)

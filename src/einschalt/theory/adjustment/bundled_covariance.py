@@ -75,10 +75,7 @@ class BundledRows:
 
         ``joint`` (n_met, size, size) are those of the bundles that meet in them.
         """
-        if joint.shape != (len(met), self.size, self.size):
-            wanted = len(met), self.size, self.size
-            raise ValueError(f"joint is {joint.shape}; expected {wanted}")
-        dtype = np.result_type(self.rows.dtype, joint)
+        dtype = self._dtype_with(met, joint)
         out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
         over_segments(
             _through_bundles,
@@ -92,6 +89,27 @@ class BundledRows:
             work_of_row=self._in_a_row**2,
         )
         return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def variances(self, met, joint):
+        """Covariances of each point with itself, (n_points, n_coordinates, …) [m²].
+
+        As :meth:`covariances` has them, in a third of the time.
+        """
+        dtype = self._dtype_with(met, joint)
+        pointer, *entries = self._entries(dtype)
+        n_points, n_axes = len(pointer) - 1, self.axes.value
+        out = np.zeros((n_points, n_axes, n_axes), dtype)
+        joint = joint.astype(dtype, copy=False)
+        given = (*entries, met.pointer, met.column, joint, out)
+        work = {"work_of_row": self._in_a_row}
+        over_segments(_through_bundles_of_point, pointer, *given, **work)
+        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def _dtype_with(self, met, joint):
+        if joint.shape != (len(met), self.size, self.size):
+            wanted = len(met), self.size, self.size
+            raise ValueError(f"joint is {joint.shape}; expected {wanted}")
+        return np.result_type(self.rows.dtype, joint)
 
     def covariances_with(self, shared, pairs):
         """What points make of the covariances of points with bundles, for their pairs.
@@ -288,6 +306,34 @@ def _through_bundles(
                             with_other += blocks[i, a, u] * shared
                         for b in range(n_axes):
                             out[p, a, b] += with_other * np.conj(blocks[j, b, v])
+
+
+@compiled
+def _through_bundles_of_point(
+    first, last, pointer, bundle, blocks, start, column, joint, out
+):
+    n_axes, size = blocks.shape[1:]
+    for p in range(first, last):
+        for i in range(pointer[p], pointer[p + 1]):
+            # bundles of a point ascend, as do those that one of them meets
+            met = start[bundle[i]]
+            for j in range(pointer[p], i + 1):
+                while column[met] < bundle[j]:
+                    met += 1
+                times = 1.0 if i == j else 2.0
+                for a in range(n_axes):
+                    for v in range(size):
+                        with_other = blocks[i, a, 0] * 0.0
+                        for u in range(size):
+                            with_other += blocks[i, a, u] * joint[met, u, v]
+                        for b in range(n_axes):
+                            number = with_other * np.conj(blocks[j, b, v])
+                            out[p, a, b] += times * number
+        # of two bundles, each with the other: the mean of what was added twice
+        for a in range(n_axes):
+            for b in range(a + 1):
+                mean = (out[p, a, b] + np.conj(out[p, b, a])) / 2.0
+                out[p, a, b], out[p, b, a] = mean, np.conj(mean)
 
 
 @compiled

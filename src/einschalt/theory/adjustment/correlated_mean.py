@@ -20,6 +20,7 @@ import numpy as np
 
 from einschalt.foundations.batches import over_segments
 from einschalt.foundations.kernels import compiled
+from einschalt.theory.adjustment.point_operator import of_real_axes
 
 # of the mean variance: differences with less do not tell anything
 LEAST_VARIANCE = 1e-10
@@ -65,32 +66,42 @@ class JointCovariance:
         group belong to one point.
         """
         within = _places_within(self.start)
-        blocks = self.blocks
-        is_of_one = _is_alike_in_all_coordinates(blocks)
-        if is_of_one:  # the same shares of each coordinate, found once
-            blocks = blocks[:, :1, :1]
-        found = np.empty((len(order), *blocks.shape[1:]))
+        # shares of each coordinate alone, or of both as one number, are found sooner
+        blocks = _of_one_number(self.blocks)
+        found = np.empty((len(order), *blocks.shape[1:]), blocks.dtype)
         over_segments(
             _share_out,
             np.ascontiguousarray(start, dtype=np.int64),
             np.ascontiguousarray(order, dtype=np.int64),
             within,
             np.cumsum(within + 1) - (within + 1),
-            np.ascontiguousarray(blocks, dtype=float),
+            np.ascontiguousarray(blocks),
             found,
             # a system of equations for each point, as large as it has values
             work_of_row=(len(order) / max(1, len(start) - 1)) ** 2,
         )
+        if np.iscomplexobj(found):
+            return of_real_axes(found)
+        is_of_one = found.shape[1:] != self.blocks.shape[1:]
         return found * np.eye(self.blocks.shape[1]) if is_of_one else found
 
 
-def _is_alike_in_all_coordinates(blocks):
-    """Whether all are multiples of the unit matrix, as those of affine models."""
-    first = blocks[:, 0, 0]
-    return all(
-        np.array_equal(blocks[:, a, b], first if a == b else np.zeros_like(first))
-        for a, b in np.ndindex(blocks.shape[1:])
-    )
+def _of_one_number(blocks):
+    """Give blocks (n, d, d) as one number each, (n, 1, 1), if that tells all of them.
+
+    Multiples of the unit matrix, as those of affine models, by this number; what turns
+    and scales a plane, as of conformal models, by a complex one.
+    """
+    first = blocks[:, :1, :1]
+    d = blocks.shape[1]
+    entries = {(a, b): blocks[:, a, b] for a, b in np.ndindex(d, d)}
+    if not all(np.array_equal(entries[a, a], entries[0, 0]) for a in range(1, d)):
+        return np.asarray(blocks, dtype=float)
+    if not any(entries[a, b].any() for a, b in entries if a != b):
+        return np.asarray(first, dtype=float)
+    if d == 2 and np.array_equal(entries[0, 1], -entries[1, 0]):
+        return first + 1j * blocks[:, 1:, :1]
+    return np.asarray(blocks, dtype=float)
 
 
 @compiled
@@ -98,7 +109,7 @@ def _share_out(first, last, start, order, within, first_pair, blocks, shares):
     d, most = blocks.shape[1], 1
     for group in range(first, last):
         most = max(most, start[group + 1] - start[group])
-    joint = np.empty((most * d, most * d))
+    joint = np.empty((most * d, most * d), dtype=blocks.dtype)
     later = np.arange(most)
     # of contrasts: of value j, and of those before it
     unit = 1.0 / np.sqrt(np.maximum(1.0, later * (later + 1.0)))
@@ -122,15 +133,15 @@ def _fill_joint(joint, values, within, first_pair, blocks):
             is_turned = values[i] < values[j]
             for a in range(d):
                 for b in range(d):
-                    entry = block[b, a] if is_turned else block[a, b]
+                    entry = np.conj(block[b, a]) if is_turned else block[a, b]
                     joint[i * d + a, j * d + b] = entry
         for a in range(d):
-            variance = joint[i * d + a, i * d + a]
+            variance = np.real(joint[i * d + a, i * d + a])
             if np.isfinite(variance):
                 largest = max(largest, variance)
     unknown = UNKNOWN_VARIANCE * (largest if largest > 0.0 else 1.0)
     for row in range(k * d):
-        if not np.isfinite(joint[row, row]):
+        if not np.isfinite(np.real(joint[row, row])):
             joint[row, : k * d] = 0.0
             joint[: k * d, row] = 0.0
             joint[row, row] = unknown
@@ -144,7 +155,7 @@ def _share(joint, unit, shares):
     """
     k, d = shares.shape[:2]
     size, of_mean = k * d, 1.0 / np.sqrt(k)
-    scale = np.trace(joint[:size, :size]) / size
+    scale = np.real(np.trace(joint[:size, :size])) / size
     least = LEAST_VARIANCE * (scale if scale > 0.0 else 1.0)
     for column in range(size):
         _to_contrasts(joint[:size, column], unit, k, d)
@@ -158,7 +169,7 @@ def _share(joint, unit, shares):
         for i in range(k):
             for a in range(d):
                 even = 1.0 / k if a == b else 0.0
-                shares[i, b, a] = even - of_mean * joint[i * d + a, b]
+                shares[i, b, a] = even - of_mean * np.conj(joint[i * d + a, b])
 
 
 @compiled
@@ -186,14 +197,14 @@ def _from_contrasts(numbers, unit, k, d):
 
 @compiled
 def _eliminate(matrix, d, size):
-    """Solve for the first d columns, from row d on, of what is symmetric there.
+    """Solve for the first d columns, from row d on, of what is Hermitian there.
 
     Positive definite, so that any pivot will do; what stands below the diagonal is not
     looked at.
     """
     for p in range(d, size):
         for row in range(p + 1, size):
-            factor = matrix[p, row] / matrix[p, p]
+            factor = np.conj(matrix[p, row]) / matrix[p, p]
             for column in range(row, size):
                 matrix[row, column] -= factor * matrix[p, column]
             for column in range(d):

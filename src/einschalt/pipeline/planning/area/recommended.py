@@ -60,7 +60,10 @@ from einschalt.pipeline.planning.flights.points_in_models import (
     downwards,
 )
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
-from einschalt.pipeline.planning.propagation.expected_precision import propagate_scene
+from einschalt.pipeline.planning.propagation.expected_precision import (
+    on_a_plane,
+    propagate_scene,
+)
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
@@ -374,7 +377,7 @@ def propagate(layout):
     set_anew = partial(
         scene_of_layouts,
         *(layouts, layout.position, layout.is_control),
-        geometry=layout.geometry,
+        geometry=on_a_plane(layout.geometry),
         noise=layout.design.noise(),
         terrain=layout.terrain,
     )
