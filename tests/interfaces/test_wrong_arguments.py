@@ -501,6 +501,36 @@ def test_what_is_no_frame_is_refused_alike_with_and_without_an_area(given):
     assert said[0] == said[1]
 
 
+def test_photographs_follow_no_terrain_without_heights():
+    """It was passed over, and a plan over level ground given."""
+    choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
+    area = shapely.box(0, 0, 6000, 6000)
+    with pytest.raises(SettingsError, match="follows_terrain = True without heights"):
+        es.plan_area(0.05, area, choices, follows_terrain=True)
+
+
+def test_a_plan_over_an_area_is_asked_where_its_target_holds():
+    """As ``--where`` and ``--by`` do: in the centre of models it takes less."""
+    area = shapely.box(0, 0, 7000, 6000)
+    choices = es.PlanChoices(
+        scale_number=(7000, 8000, 9000, 10000),
+        spacing=(300,),
+        m_g_um=(5,),
+        n_coverages=(1,),
+    )
+    plans = {w: es.plan_area(0.065, area, choices, where=w) for w in ("edge", "centre")}
+    assert {w: plan.checked.place for w, plan in plans.items()} == {
+        "edge": "edge",
+        "centre": "centre",
+    }
+    edge, centre = (plan.checked.plan["cost"] for plan in plans.values())
+    assert centre < edge
+    by_paper = es.plan_area(0.065, area, choices, where="edge", by="paper")
+    assert by_paper.search.by == "paper"
+    with pytest.raises(SettingsError, match="where"):
+        es.plan_area(0.065, area, choices, where="corner")
+
+
 def test_prices_have_a_public_name():
     costs = es.PlanCosts(image=12, control_point=60)
     found = es.find_plans(

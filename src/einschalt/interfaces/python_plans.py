@@ -6,6 +6,7 @@ from os import PathLike
 from typing import Any, Literal
 
 from einschalt.foundations.argument_names import naming_arguments, with_arguments
+from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
@@ -205,6 +206,8 @@ def plan_area(
     choices: PlanChoices,
     frame: PlanFrame | None = None,
     *,
+    where: Literal["everywhere", "edge", "centre"] = "everywhere",
+    by: Literal["expected", "paper"] = "expected",
     crs: str | None = None,
     ground_heights: str | PathLike[str] | None = None,
     follows_terrain: bool | None = None,
@@ -224,6 +227,11 @@ def plan_area(
     frame : PlanFrame, optional
         What is at hand: camera, transformation, control, costs. Control points serve
         every model that holds them.
+    where : {"everywhere", "edge", "centre"}
+        Place in the models at which the target holds; it matters with one coverage.
+    by : {"expected", "paper"}
+        Estimate by which plans are searched, as in :func:`find_plans`; what is
+        recommended is propagated with all that points share.
     crs : str, optional
         System of the plan; that of the area, or its zone of UTM, where left out.
     ground_heights : path, optional
@@ -268,8 +276,15 @@ def plan_area(
         heights = None
         if ground_heights is not None:
             heights = read_heights_over(ground_heights, area)
+        elif follows_terrain:
+            raise SettingsError(
+                "follows_terrain = True without heights of the terrain",
+                expected="heights that photographs can follow",
+                remedy="Give ground_heights, or leave follows_terrain out",
+            )
         frame = PlanFrame() if frame is None else frame
-        found, frame = recommended.search_over(target, area, choices, frame)
+        held = {"where": where, "by": by}
+        found, frame = recommended.search_over(target, area, choices, frame, **held)
         ground = {"heights": heights, "follows": follows_terrain}
         plan = recommended.plan_area(area, found, frame, refine=refine, **ground)
     said = {"notes": tuple(map(with_arguments, plan.notes))}
