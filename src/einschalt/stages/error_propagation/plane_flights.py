@@ -43,6 +43,7 @@ from einschalt.theory.adjustment.least_squares import (
 )
 from einschalt.theory.adjustment.point_operator import (
     Axes,
+    PointOperator,
     on_diagonal,
     selection,
     sums,
@@ -322,8 +323,13 @@ def _by_point(averaged, chains, sizes, fitted):
     unfitted[fitted] = 0.0
     roots = roots_of(averaged.covariances(unfitted))
     chains = {
-        name: averaged @ (chain if name == CONTROL else chain @ of_fitted)
+        name: chain if name == CONTROL else _multiplied(chain, -1, of_fitted)
         for name, chain in chains.items()
+    }
+    # means depend on no more parameters than their values did
+    known = {}
+    chains = {
+        name: _multiplied(chain, 0, averaged, known) for name, chain in chains.items()
     }
     chains[UNFITTED] = on_diagonal(axes.blocks_of(roots))
     sizes = {
@@ -332,6 +338,25 @@ def _by_point(averaged, chains, sizes, fitted):
     }
     sizes[UNFITTED] = np.ones(averaged.n_points)
     return chains, sizes
+
+
+def _multiplied(chain, place, step, known=None):
+    """Take one more step at an end of a chain, multiplied by what stands there.
+
+    At the ``place`` 0, after all others, or -1; ``known`` keeps products of the same
+    two matrices, so that chains that begin alike still do.
+    """
+    matrix, known = step.factors[0], {} if known is None else known
+
+    def with_step(product):
+        factors = list(product.factors)
+        one = factors[place]
+        if id(one) not in known:
+            known[id(one)] = matrix @ one if place == 0 else one @ matrix
+        factors[place] = known[id(one)]
+        return PointOperator(tuple(factors), product.axes)
+
+    return PointOperator.sum_of(map(with_step, chain.products))
 
 
 def _of_rows(factors, axes):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.batches import numbered, over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -22,7 +22,7 @@ from einschalt.theory.adjustment.point_operator import (
 )
 
 NUMBERS_OF_WHOLE = 10_000_000  # of a full matrix, of which there are three: 0.5 GB
-QUICKER_AS_A_WHOLE = 8  # what a product of full matrices takes less, by the number
+QUICKER_AS_A_WHOLE = 20  # what a product of full matrices takes less, by the number
 PAIRS_AT_ONCE = 200_000
 
 
@@ -213,9 +213,14 @@ def joint_covariance(operator, met, size, standard_errors):
     blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
     scaled = blocks.data * each[blocks.indices][:, None]
     # of numbers that are none, pairs of other bundles know nothing
-    if _is_quicker_as_a_whole(blocks, met) and np.isfinite(scaled).all():
-        entries = scaled, blocks.indices, blocks.indptr
-        return _of_whole(sparse.bsr_array(entries, blocks.shape).toarray(), met, size)
+    sources, source = numbered(blocks.indices)
+    is_quicker = _is_quicker_as_a_whole(blocks, len(sources), met)
+    if is_quicker and np.isfinite(scaled).all():
+        bundle = np.repeat(np.arange(len(blocks.indptr) - 1), np.diff(blocks.indptr))
+        rows = np.zeros((len(blocks.indptr) - 1, size, len(sources), len(each.T)))
+        rows = rows.astype(scaled.dtype, copy=False)
+        rows[bundle, :, source] += scaled
+        return _of_whole(rows.reshape(blocks.shape[0], -1), met, size)
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)
     rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
     given = (*rows, len(each), scaled, out)
@@ -225,9 +230,9 @@ def joint_covariance(operator, met, size, standard_errors):
     return out
 
 
-def _is_quicker_as_a_whole(blocks, met):
-    """Whether nearly all entries are filled, and nearly all bundles meet."""
-    n_rows, n_columns = blocks.shape
+def _is_quicker_as_a_whole(blocks, n_sources, met):
+    """Whether enough of the entries of used sources are filled, and bundles meet."""
+    n_rows, n_columns = blocks.shape[0], n_sources * blocks.blocksize[1]
     of_pairs = len(met) * blocks.nnz * blocks.blocksize[0] ** 2 / max(1, n_rows)
     numbers = max(n_rows * n_rows, n_rows * n_columns)
     is_small = numbers <= NUMBERS_OF_WHOLE
@@ -237,9 +242,20 @@ def _is_quicker_as_a_whole(blocks, met):
 def _of_whole(rows, met, size):
     n_bundles = len(rows) // size
     later = np.repeat(np.arange(n_bundles), np.diff(met.pointer))
-    others = rows.conj() if np.iscomplexobj(rows) else rows
-    joint = (rows @ others.T).reshape(n_bundles, size, n_bundles, size)
-    return joint[later, :, met.column]
+    whole = _squared(rows).reshape(n_bundles, size, n_bundles, size)
+    return whole[later, :, met.column]
+
+
+def _squared(rows):
+    """Product of rows with their conjugates, of which BLAS computes a half if real."""
+    if not np.iscomplexobj(rows):
+        return rows @ rows.T
+    real, imag = np.ascontiguousarray(rows.real), np.ascontiguousarray(rows.imag)
+    whole = (real @ real.T).astype(complex)
+    whole += imag @ imag.T
+    cross = imag @ real.T
+    whole.imag = cross - cross.T
+    return whole
 
 
 def points_in_a_bundle(matrix, axes):
