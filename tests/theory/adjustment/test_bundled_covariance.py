@@ -66,6 +66,24 @@ def test_pairs_of_points(axes, faster, monkeypatch):
     np.testing.assert_allclose(found, whole, atol=1e-12)
 
 
+@pytest.mark.parametrize("size", [1, 2, 3, 4])  # 2 and 3 are summed in registers
+@pytest.mark.parametrize("unit", [1.0, 1j])
+def test_bundles_of_any_size(size, unit):
+    rng = np.random.default_rng(8)
+    numbers = rng.normal(size=(6 * size, N_SOURCES)) + unit * rng.normal(
+        size=(6 * size, N_SOURCES)
+    )
+    some = np.kron(rng.random((6, N_SOURCES)) < 0.6, np.ones((size, 1)))
+    operator = PointOperator((sparse.csr_array(numbers * some),), Axes.COMPLEX)
+    pointer = np.cumsum(np.arange(7))
+    column = np.concatenate([np.arange(n) for n in range(1, 7)])
+    found = joint_covariance(operator, BundlePairs(pointer, column), size, SIZES)
+    scaled = (numbers * some * SIZES).reshape(6, size, N_SOURCES)
+    later = np.repeat(np.arange(6), np.arange(1, 7))
+    expected = np.einsum("pas,pbs->pab", scaled[later], scaled[column].conj())
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("axes", Axes)
 def test_points_with_themselves(axes):
     points, parameters = _of_bundles(axes), _to_bundles(axes)
