@@ -11,6 +11,7 @@ import pyogrio
 import pyproj
 import pytest
 import shapely
+import xlsxwriter
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
@@ -461,6 +462,25 @@ def test_a_name_that_became_a_date_is_refused(tmp_path):
     )
     with pytest.raises(TableError, match=r"row 3: point_id '2026.08.07' is a date"):
         understand_table(path, CONTROL_POINTS)
+
+
+def test_names_that_are_looks_of_numbers_are_said(tmp_path):
+    """A cell that shows 1-12 holds 112, and that was read without a word."""
+    path = tmp_path / "t.xlsx"
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet("Punkte")
+        sheet.write_row(0, 0, ["Nr", "Ost", "Nord"])
+        metres = book.add_format({"num_format": "0.000"})
+        for row, (number, look) in enumerate([(12, "0000"), (112, "0-00")], 1):
+            sheet.write_number(row, 0, number, book.add_format({"num_format": look}))
+            sheet.write_row(row, 1, [1.5 * row, 2.5], metres)
+    table = understand_table(path, CONTROL_POINTS)
+    assert table.frame["point_id"].tolist() == ["12", "112"]
+    (said,) = [note for note in table.notes if "number format" in note]
+    assert "format 0-00, 0000 are read as the numbers that they hold" in said
+    write_workbook(POINTS, tmp_path / "u.xlsx")
+    notes = understand_table(tmp_path / "u.xlsx", CONTROL_POINTS).notes
+    assert not any("number format" in note for note in notes)
 
 
 ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'

@@ -21,6 +21,13 @@ EMPTY_CELL_OF_ODS = re.compile(
     rb"<table:table-cell" + ATTRIBUTES + rb"\s*(?:/>|>\s*</table:table-cell>)"
 )
 FORMULA_OF_ODS, VALUE_OF_ODS = b"table:formula", b"office:value-type"
+STYLES, SHEETS = "xl/styles.xml", "xl/worksheets/"
+FORMAT, FORMAT_OF_CELLS = re.compile(rb"<numFmt\s[^<>]*>"), re.compile(rb"<xf\s[^<>]*>")
+FORMAT_NUMBER = re.compile(rb"""\snumFmtId=["'](\d+)""")
+FORMAT_CODE = re.compile(rb"""\sformatCode=["']([^<>]*?)["'](?=[\s/>])""")
+NUMBER_CELL = re.compile(rb"<c(\s[^<>]*)>\s*<v>")
+STYLE_OF_CELL = re.compile(rb"""\ss=["'](\d+)""")
+AS_NAME = re.compile(r"""^0{2,}(?![.,])|0(\\?[-/]|"[-/])""")
 HIDDEN = ("hidden", "veryHidden")
 ODS = "content.xml"
 TABLE_OF_ODS = re.compile(rb"<table:table(\s[^<>]*)>")
@@ -67,6 +74,44 @@ def hidden_sheets(data):
         if "xl/workbook.xml" in names:
             return _hidden_of_xlsx(book.read("xl/workbook.xml"))
         return _hidden_of_ods(book.read("content.xml")) if ODS in names else set()
+
+
+def formats_of_names(data):
+    """Number formats by which cells of an .xlsx look like names, of a sound copy.
+
+    Zeros in front or signs between digits, which no number has: a cell shows 0012 or
+    1-12, and holds 12 or 112.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as book:
+        if STYLES not in book.namelist():
+            return []
+        styles = book.read(STYLES)
+        numbers, codes = (
+            [pattern.search(one) for one in FORMAT.findall(styles)]
+            for pattern in (FORMAT_NUMBER, FORMAT_CODE)
+        )
+        formats = {
+            number[1]: html.unescape(code[1].decode("utf-8", errors="replace"))
+            for number, code in zip(numbers, codes, strict=True)
+            if number and code
+        }
+        formats = {k: code for k, code in formats.items() if AS_NAME.search(code)}
+        _, _, of_cells = styles.partition(b"<cellXfs")
+        of_cells, _, _ = of_cells.partition(b"</cellXfs>")
+        used = [FORMAT_NUMBER.search(one) for one in FORMAT_OF_CELLS.findall(of_cells)]
+        places = {
+            b"%d" % k: formats[number[1]]
+            for k, number in enumerate(used)
+            if number and number[1] in formats
+        }
+        sheets = [name for name in book.namelist() if name.startswith(SHEETS)]
+        found = {
+            places[style[1]]
+            for name in (sheets if places else [])
+            for cell in NUMBER_CELL.findall(book.read(name))
+            if (style := STYLE_OF_CELL.search(cell)) and style[1] in places
+        }
+    return sorted(found)
 
 
 def count_cells_of_ods(data):

@@ -40,6 +40,7 @@ from einschalt.interfaces.files.understood_tables import (
 from einschalt.interfaces.files.workbook_parts import (
     NO_VALUE,
     count_cells_of_ods,
+    formats_of_names,
     hidden_sheets,
     with_marks,
 )
@@ -61,7 +62,7 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     The sheet is ``said.sheet``, or the only one that has the columns of the schema.
     """
     source = source or Path(path).name
-    cells, sheet, note = _sheet(path, schema, said, source)
+    cells, sheet, notes = _sheet(path, schema, said, source)
     place, names = _header(cells, schema, said)
     row = int(cells.index[place])
     units = with_units(names, _first_rows(cells[place + 1 : place + 2])[0])
@@ -76,24 +77,24 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
     frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
     table = understood(frame, schema, said, meant, source)
-    return ReadTable(table.frame, (*([note] if note else []), *table.notes))
+    return ReadTable(table.frame, (*notes, *table.notes))
 
 
 def sheets_of(path, source):
     """Cells of all sheets that are shown and not empty, as text, by name."""
-    sheets, hidden = _all_sheets(path, source)
+    sheets, hidden, _ = _all_sheets(path, source)
     return {name: cells for name, cells in sheets.items() if name not in hidden}
 
 
 def _all_sheets(path, source):
     """Cells of all sheets of a workbook that are not empty, and those that are hidden.
 
-    At least one of them is shown.
+    At least one of them is shown. Beside them the formats of ``formats_of_names``.
     """
     suffix = Path(path).suffix.lower()
     data = sound_copy(read_once(path, source).data, suffix, source)
     try:
-        hidden = hidden_sheets(data)
+        hidden, formats = hidden_sheets(data), formats_of_names(data)
     except DAMAGES as error:
         raise _damaged(source) from error
     sheets = _cells_of(data, suffix, source)
@@ -106,7 +107,7 @@ def _all_sheets(path, source):
             remedy="Show it in the spreadsheet, and save the workbook again",
             file=source,
         )
-    return sheets, hidden.intersection(sheets)
+    return sheets, hidden.intersection(sheets), formats
 
 
 def _cells_of(data, suffix, source):
@@ -141,13 +142,25 @@ def _refuse_width(n_columns, source):
 
 
 def _sheet(path, schema, said, source):
-    """Cells of the sheet that is meant, its name, and a note or None."""
-    sheets, hidden = _all_sheets(path, source)
+    """Cells of the sheet that is meant, its name, and notes."""
+    sheets, hidden, formats = _all_sheets(path, source)
+    sheet, note = _meant_sheet(sheets, hidden, schema, said, source)
+    notes = [note] if note else []
+    if formats and schema.id_names:
+        notes.append(
+            f"{source}: cells with the number format {name_some(formats)} are read as "
+            "the numbers that they hold, not as they look (0012 is 12): give names "
+            "the format Text"
+        )
+    return sheets[sheet], sheet, notes
+
+
+def _meant_sheet(sheets, hidden, schema, said, source):
+    """Name of the sheet that is meant, and a note or None."""
     if said.sheet is not None:
         if said.sheet in sheets:
             note = f"{source}: sheet '{said.sheet}' is hidden"
-            is_hidden = said.sheet in hidden
-            return sheets[said.sheet], said.sheet, note if is_hidden else None
+            return said.sheet, note if said.sheet in hidden else None
         near = nearest(said.sheet, sheets)
         raise FileError(
             f"holds no sheet '{shortened(said.sheet)}' with anything in it",
@@ -158,13 +171,12 @@ def _sheet(path, schema, said, source):
     sheets = {name: cells for name, cells in sheets.items() if name not in hidden}
     if len(sheets) == 1:
         note = f"{source}: hidden sheet {name_some(hidden)} is not read"
-        sheet = next(iter(sheets))
-        return sheets[sheet], sheet, note if hidden else None
+        return next(iter(sheets)), note if hidden else None
     fitting = [n for n, cells in sheets.items() if _has_header(cells, schema, said)]
     if len(fitting) == 1:
         sheet, words = fitting[0], schema.name.replace("_", " ")
         note = f"{source}: sheet '{sheet}' alone has the columns of a table of {words}"
-        return sheets[sheet], sheet, note
+        return sheet, note
     raise FileError(
         f"holds {len(sheets)} sheets, of which {name_some(fitting) or 'none'} could be "
         "meant",
