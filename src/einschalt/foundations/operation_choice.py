@@ -32,6 +32,7 @@ class Demand:
     operation: str = ""
     is_stated: bool = False  # by a user: then it holds where PROJ states none
     epoch: float | None = None  # of the coordinates, a decimal year
+    is_fixed: bool = False  # whether no setting allows another one
 
     @property
     def names(self):
@@ -169,6 +170,8 @@ def _remedy(candidates, demand):
     """Tell every way out: the grid, the accuracy, another operation."""
     stated = [one for one in candidates if np.isfinite(one.accuracy_m)]
     usable = [one for one in stated if one.transformer is not None]
+    if demand.is_fixed:
+        return _where(stated[0].missing) if stated and stated[0].missing else ""
     ways = []
     if stated and stated[0].missing:
         best = stated[0]

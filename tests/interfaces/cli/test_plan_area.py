@@ -1,6 +1,7 @@
 """``einschalt plan --area``: a flight plan over a polygon."""
 
 import json
+import re
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -150,7 +151,9 @@ def test_kml_shows_the_same(flown):
     space = {"k": "http://www.opengis.net/kml/2.2"}
     (told,) = root.findall("k:Document/k:description", space)
     assert told.text.startswith("Recommended: ")
-    assert told.text.endswith("Checked by propagation on a layout.")
+    checked, _, by = told.text.partition("Checked by propagation on a layout. ")
+    assert checked
+    assert by == "Brought to WGS 84 by change of map projection (0 m)."
     folders = root.findall(".//k:Folder", space)
     marks = {
         f.find("k:name", space).text: f.findall("k:Placemark", space) for f in folders
@@ -190,6 +193,24 @@ def test_ground_that_is_too_high_is_refused(invoke, folder, tmp_path):
     assert shown.exit_code == 2
     assert "the ground rises" in shown.stderr
     assert "expected more than 50 % forward" in " ".join(shown.stderr.split())
+
+
+def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
+    """PSAD56 of Peru is good to 16 m: no KML, and a remedy that plans have not."""
+    area = tmp_path / "area.geojson"
+    corners = [(0, 0), (4000, 0), (4000, 3000), (0, 3000), (0, 0)]
+    ring = [[500_000 + x, 8_700_000 + y] for x, y in corners]
+    system = {"type": "name", "properties": {"name": "EPSG:24878"}}
+    area.write_text(
+        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
+    )
+    options = ("--target", "6cm", "--spacing", 250, "--scale-number", 9000)
+    shown = invoke("plan", *options, "--area", area, "--output", tmp_path / "plan")
+    assert shown.exit_code == 0, shown.stderr
+    assert "crs_accuracy_m" not in shown.stdout + shown.stderr
+    told = (tmp_path / "plan" / "flight_plan.kml").read_text("utf-8")
+    by = re.search(r"Brought to WGS 84 by (PSAD56 to WGS 84 .*)\.</description>", told)
+    assert re.fullmatch(r"PSAD56 to WGS 84 \(\d+\) \(\d\d m\)", by[1])
 
 
 def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, invoke):

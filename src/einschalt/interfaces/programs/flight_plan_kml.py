@@ -1,10 +1,11 @@
 """A flight plan as KML: area, flight lines, photographs, control, on the globe."""
 
+from functools import partial
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from einschalt.foundations.language import in_english
+from einschalt.foundations.language import in_english, mark
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
@@ -14,10 +15,9 @@ from einschalt.foundations.projections import (
 )
 from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.interfaces.files.plain_xml import xml_bytes
-from einschalt.interfaces.programs.kml import ICON, NAMESPACE
+from einschalt.interfaces.programs.kml import GOOD_ENOUGH, ICON, NAMESPACE
 
 FILE = "flight_plan.kml"
-GOOD_ENOUGH = 10.0  # metres: the imagery below is no better
 HIGH, LOW, CONTROL, BORDER = "ffb27200", "ff009ee6", "ff005ed5", "ffffffff"
 FLIGHTS = {"high_flight": HIGH, "low_flight": LOW}
 
@@ -33,11 +33,13 @@ def write_flight_plan_kml(plan, path):
     import shapely  # noqa: PLC0415 - loaded when a file is written
 
     flown, area = plan.flown, plan.area
-    to_degrees = _turned(area.crs)
+    to_degrees = partial(_degrees, crs=area.crs)
+    _, operation, _ = _in_wgs_84(shapely.get_coordinates(area.shape), area.crs)
     root = ET.Element("kml", xmlns=NAMESPACE)
     document = ET.SubElement(root, "Document")
     ET.SubElement(document, "name").text = "Flight plan"
-    ET.SubElement(document, "description").text = _of_plan(plan)
+    said = f"{_of_plan(plan)} Brought to WGS 84 by {operation}."
+    ET.SubElement(document, "description").text = said
     for flight, colour in FLIGHTS.items():
         _style(document, flight, colour, "placemark_circle", 0.4)
     _style(document, "control", CONTROL, "triangle", 0.9)
@@ -68,15 +70,16 @@ def write_flight_plan_kml(plan, path):
     write_bytes(path, xml_bytes(root))
 
 
-def _turned(crs):
+def _degrees(xyz, crs):
+    """Longitude and latitude of places, with heights if they have them."""
+    return np.column_stack([_in_wgs_84(xyz[:, :2], crs)[0][:, :2], xyz[:, 2:]])
+
+
+def _in_wgs_84(xy, crs):
     flat, target = read_crs(crs).to_2d(), read_source_crs(WGS_84)
-    demand = Demand(GOOD_ENOUGH, "since KML is for a look at the plan")
-
-    def to_degrees(xyz):
-        degrees = reproject(xyz[:, :2], flat, target, demand)[0][:, :2]
-        return np.column_stack([degrees, xyz[:, 2:]])
-
-    return to_degrees
+    reason = mark("since KML is for a look at the plan")
+    demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
+    return reproject(xy, flat, target, demand)
 
 
 def _folder(document, name):

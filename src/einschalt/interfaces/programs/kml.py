@@ -5,6 +5,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.language import mark
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
@@ -15,7 +16,7 @@ from einschalt.foundations.projections import (
 from einschalt.interfaces.files.plain_xml import xml_bytes
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
-GOOD_ENOUGH = 10.0  # metres: the imagery below is no better
+GOOD_ENOUGH = 30.0  # metres: the imagery below is not everywhere better
 ICON = "http://maps.google.com/mapfiles/kml/shapes/{}.png"
 STYLES = {  # icon, colour as alpha, blue, green, red
     "new": ("shaded_dot", "ffffffff"),
@@ -35,7 +36,8 @@ def write_kml(handed, path):
             file=path.name,
         )
     xy = handed.coordinates[:, :2]
-    demand = Demand(GOOD_ENOUGH, "since KML is for a look at the points")
+    reason = mark("since KML is for a look at the points")
+    demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
     flat, target = read_crs(handed.crs).to_2d(), read_source_crs(WGS_84)
     degrees, operation, _ = reproject(xy, flat, target, demand)
     root = ET.Element("kml", xmlns=NAMESPACE)
