@@ -58,6 +58,7 @@ ONLY_IN = {
     "pyproj": [
         "foundations/projections.py",
         "foundations/areas_of_use.py",
+        "foundations/epsg_units.py",
         "foundations/databases_of_proj.py",
         "foundations/coordinate_operations.py",
         "foundations/likely_systems.py",

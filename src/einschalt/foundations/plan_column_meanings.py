@@ -65,7 +65,7 @@ _OF_AREA = {
     "photo_id": ("", "name of the photograph"),
     "n_photographs": ("", "photographs of the line"),
     "length": ("m", "length of the line"),
-    "azimuth": ("°", "direction of flight, from north"),
+    "azimuth": ("°", "direction of flight, from grid north, clockwise"),
     "start_easting": ("m", "ground coordinate to the east where the line begins"),
     "start_northing": ("m", "ground coordinate to the north where the line begins"),
     "end_easting": ("m", "ground coordinate to the east where the line ends"),

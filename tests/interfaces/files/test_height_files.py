@@ -8,6 +8,7 @@ from PIL import Image, TiffImagePlugin
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.height_files import read_heights
 from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
 UTM = "EPSG:32633"
 EAST, NORTH, CELL = 500_000.0, 5_300_000.0, 100.0
@@ -61,8 +62,12 @@ ITEM = '<Item name="{0}" sample="0" role="{0}">{1}</Item>'
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"keys": (*IN_FEET, 4099, 0, 1, 9002)}, "heights are in the unit EPSG:9002"),
-        ({"keys": (*IN_FEET, 3076, 0, 1, 9003)}, "cells are in the unit EPSG:9003"),
+        ({"keys": (*IN_FEET, 4099, 0, 1, 9002)}, "unit foot \\(EPSG:9002"),
+        ({"keys": (*IN_FEET, 4096, 0, 1, 6360)}, "unit US survey foot, that of NAVD"),
+        (
+            {"keys": (*IN_FEET, 3076, 0, 1, 9003)},
+            "cells are in the unit US survey",
+        ),
         ({"of_gdal": ITEM.format("scale", "0.1")}, "heights have the scale 0.1"),
         ({"of_gdal": ITEM.format("offset", "none")}, "heights have the offset none"),
         ({"of_gdal": ITEM.format("unittype", "ft")}, "heights have the unittype ft"),
@@ -71,6 +76,14 @@ ITEM = '<Item name="{0}" sample="0" role="{0}">{1}</Item>'
 def test_other_units_are_not_taken_for_metres(tmp_path, given, said):
     with pytest.raises(EinschaltError, match=said):
         read_heights(write(tmp_path / "a.tif", **given), UTM)
+
+
+@pytest.mark.parametrize("code", [5778, 4979, 32767, 1])  # metres, or not known
+def test_systems_of_heights_in_metres_are_read(tmp_path, code):
+    heights = read_heights(
+        write(tmp_path / "a.tif", keys=(*IN_FEET, 4096, 0, 1, code)), UTM
+    )
+    assert heights.height.max() == GROUND.max()
 
 
 def test_units_that_are_metres_are_read(tmp_path):
@@ -133,7 +146,7 @@ def test_files_that_are_damaged_are_told(tmp_path):
     whole = write(tmp_path / "a.tif").read_bytes()
     for name, data, says in [
         ("cut.tif", whole[: len(whole) // 2], "cannot be read|no TIFF"),
-        ("no.tif", b"hello", "is no TIFF"),
+        ("no.tif", b"hello", "is no TIFF of one band"),
         ("two.xyz", b"1 2\n3 4\n", "row 1: the line has 2 numbers"),
         ("late.xyz", b"1 2 3\n1 2\n", "row 2: the line has 2 numbers"),
         ("word.xyz", b"1 2 3\n1 2 x\n", "word.xyz, row 2: 'x' is no number"),
@@ -153,9 +166,11 @@ def test_files_that_are_damaged_are_told(tmp_path):
         ("a.xyz", "", "{e} {n} {h}"),
         ("a.csv", "northing,easting,height\n", "{n},{e},{h}"),
         ("b.csv", "easting;northing;height\n", "{e};{n};{c}"),
+        ("c.csv", "Rechtswert;Hochwert;Höhe\n", "{e};{n};{c}"),
     ],
 )
-def test_lists_and_tables(name, header, line, tmp_path):
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_lists_and_tables(name, header, line, encoding, tmp_path):
     places = [(EAST + e, NORTH + n) for e in (1500, 3500) for n in (1500, 2500)]
     lines = [
         line.format(e=e, n=n, h=f"{k}.5", c=f"{k},5") for k, (e, n) in enumerate(places)
@@ -210,3 +225,16 @@ def test_advice_on_heights_is_of_heights(name, text, says, tmp_path):
     with pytest.raises(EinschaltError, match=says) as caught:
         read_heights(tmp_path / name)
     assert "block.toml" not in str(caught.value)
+
+
+def test_zeros_far_below_all_others_are_said():
+    """A hole of 0 m in ground of 500 m was planned as ground."""
+    plane = np.stack(np.meshgrid(*[np.arange(10.0) * 100.0] * 2), -1).reshape(-1, 2)
+    height = 500.0 + 0.1 * plane[:, 0]
+    assert GroundHeights(plane, height, "a.xyz").said_of_zeros() == ""
+    height[[44, 45, 54]] = 0.0
+    said = GroundHeights(plane, height, "a.xyz").said_of_zeros()
+    assert said.startswith("3 heights of the terrain are exactly 0 m, the others 500 m")
+    # land that comes down to the sea
+    by_the_sea = np.maximum(0.1 * plane[:, 0] - 30.0, 0.0)
+    assert GroundHeights(plane, by_the_sea, "a.xyz").said_of_zeros() == ""

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations import tables
+from einschalt.foundations.epsg_units import METRE, unit_label, unit_of_heights
 from einschalt.foundations.errors import (
     FileError,
     ProjectionError,
@@ -17,8 +18,9 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.projections import label_of, read_crs
 from einschalt.interfaces.files.csv_headers import COMMENT
 from einschalt.interfaces.files.csv_tables import understand_csv
-from einschalt.interfaces.files.input_files import read_once, require_text
+from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.files.understood_tables import answered_elsewhere
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
@@ -41,7 +43,7 @@ HEIGHTS = tables.Schema(
 CELL_SIZE, TIE_POINTS, MATRIX, GEO_KEYS, NODATA = 33550, 33922, 34264, 34735, 42113
 MODEL_TYPE, RASTER_TYPE, PROJECTED = 1024, 1025, 3072
 IN_DEGREES, PIXEL_IS_POINT, USER_DEFINED = 2, 2, 32767
-UNIT_OF_PLANE, UNIT_OF_HEIGHTS, METRE = 3076, 4099, 9001
+UNIT_OF_PLANE, SYSTEM_OF_HEIGHTS, UNIT_OF_HEIGHTS = 3076, 4096, 4099
 OF_GDAL = 42112
 GDAL_ITEM = re.compile(r'role="(scale|offset|unittype)"[^>]*>\s*([^<\s]+)')
 AS_THEY_ARE = {"scale": 1.0, "offset": 0.0}
@@ -101,7 +103,7 @@ def _bare_numbers(path, source):
 
     Comments are left out, and the header of an XYZ that says no more than its name.
     """
-    text = require_text(read_once(path, source).data, source).decode("utf-8")
+    text = read_table_text(path, source)[0].decode("utf-8")
     lines = [(n, line.strip()) for n, line in enumerate(text.splitlines(), 1)]
     rows = [
         (number, SEPARATORS.split(line))
@@ -194,7 +196,9 @@ def _cells(file):
                     raise _damaged("has several bands", file.source)
                 return tags, np.array(image)
         except UnidentifiedImageError as error:
-            raise _damaged("is no TIFF, or ends in its tags", file.source) from error
+            raise _damaged(
+                "is no TIFF of one band, or ends in its tags", file.source
+            ) from error
         except (OSError, ValueError, SyntaxError) as error:
             raise _damaged(f"cannot be read: {str(error)[:60]}", file.source) from error
         except (KeyError, TypeError, Image.DecompressionBombError) as error:
@@ -238,11 +242,14 @@ def _corner(tags, source):
 def _require_metres(keys, written_by_gdal, source):
     """Refuse heights or cells in another unit, or numbers that want scaling."""
     units = {name: keys.get(name, METRE) for name in (UNIT_OF_PLANE, UNIT_OF_HEIGHTS)}
-    found = None
+    found, system = None, unit_of_heights(keys.get(SYSTEM_OF_HEIGHTS, USER_DEFINED))
     if units[UNIT_OF_PLANE] not in (METRE, USER_DEFINED):
-        found = f"its cells are in the unit EPSG:{units[UNIT_OF_PLANE]}"
+        found = f"its cells are in the unit {unit_label(units[UNIT_OF_PLANE])}"
     elif units[UNIT_OF_HEIGHTS] not in (METRE, USER_DEFINED):
-        found = f"its heights are in the unit EPSG:{units[UNIT_OF_HEIGHTS]}"
+        found = f"its heights are in the unit {unit_label(units[UNIT_OF_HEIGHTS])}"
+    elif system is not None and system[-1] != 1.0:
+        name, unit, _ = system
+        found = f"its heights are in the unit {unit}, that of {name}"
     for name, value in GDAL_ITEM.findall(written_by_gdal):
         if not _is_as_it_stands(name, value):
             found = f"its heights have the {name} {value}"

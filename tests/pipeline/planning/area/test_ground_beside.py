@@ -51,6 +51,16 @@ def test_heights_above_ground_are_those_of_the_file_beside_the_area():
     np.testing.assert_allclose(photographs["height_above_nadir"], expected, atol=20.0)
 
 
+def test_control_stands_on_the_ground():
+    """Means of the nearest heights were off by 15 m on a slope of 10 %."""
+    whole = ground(lambda away: away)
+    slope = GroundHeights(whole.plane, 500.0 + whole.plane @ [0.1, 0.02], "slope.xyz")
+    plan = planned(slope)
+    control = plan.flown.control
+    expected = 500.0 + control[["easting", "northing"]].to_numpy() @ [0.1, 0.02]
+    np.testing.assert_allclose(control["height"], expected, atol=1e-6)
+
+
 def test_lines_that_come_near_to_the_ground_are_said():
     (said,) = (
         note for note in planned(step(1500.0)).notes if "come as near as" in note

@@ -356,6 +356,7 @@ def _whole(area, plan, found, frame, ground):
         require_cover(layout),
         require_above_ground(flown.photographs, plan, heights),
         said_of_limit(flown, plan, frame.max_height),
+        heights.said_of_zeros(),
     ]
     return layout, flown, [text for text in said if text]
 

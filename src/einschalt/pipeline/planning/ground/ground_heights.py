@@ -8,6 +8,7 @@ import numpy as np
 
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.ground.height_lattice import (
     HeightLattice,
@@ -25,6 +26,7 @@ MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 PLACES_IN_AREA = 4000  # at which heights are wanted
 PLACES_ON_BORDER = 2000
+FAR_ABOVE_ZERO = 30.0  # metres: where the land comes down to the sea, some lie between
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +143,22 @@ class GroundHeights:
             raise GeometryError(
                 f"{self.source}: a height of {worst:g} m stands in the area",
                 expected=f"{LOWEST:g} to {HIGHEST:g} m",
-                remedy="Does it stand for a missing one? Then declare it as nodata",
+                remedy="Does it stand for a missing one? Then declare it as nodata, or "
+                "leave its line out",
             )
+
+    def said_of_zeros(self):
+        """Say that some are exactly 0, far below all others; "" where none is."""
+        others = self.height[self.height != 0.0]
+        n_zeros = len(self.height) - len(others)
+        if not n_zeros or not len(others) or others.min() < FAR_ABOVE_ZERO:
+            return ""
+        message = (
+            "{n:height of the terrain is|heights of the terrain are} exactly 0 m, the "
+            "others {lowest} m and more: if they stand for missing ones, declare "
+            "nodata = 0 and fill the gaps."
+        )
+        return kept(message, n=n_zeros, lowest=number(others.min(), 3))
 
     @cached_property
     def _tree(self):
