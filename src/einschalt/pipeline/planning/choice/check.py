@@ -44,6 +44,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 # corrected by the worst of them: one that is bad says little of the next
 MOST_TRIED, PATIENCE = 8, 3
 MOST_BETWEEN = 6  # beside the cheapest of them
+KIND = ("n_coverages", "control_per_model")
 NEARLY = 0.3  # of a target that is missed: plans beside such ones may keep it
 ALIKE = 0.1  # of logarithms of scales
 MOST_REFUSED = 60  # layouts that cannot be flown
@@ -228,10 +229,11 @@ def check_plans(
 def _between(tries, best, frame, refine):
     """Plans between those of a search, about the best and about what came near to it.
 
-    With another number of coverages none may have been kept, and one between may be:
-    about the one of each number that misses the target by the least.
+    With another number of coverages, or of control points in a model, none may have
+    been kept, and one between may be: about the one of each that misses the target by
+    the least.
     """
-    about, found = [best, *tries.nearest_of_other_coverages(best)], []
+    about, found = [best, *tries.nearest_of_others(best)], []
     first = tries.search.plans.index.max() + 1
     for plan in about:
         more = plans_between(tries.search, plan, frame, refine)
@@ -304,13 +306,17 @@ class _Tries:
         found = CheckedPlan(plan, propagated, reached, search.target, search, **given)
         return found, self.cost(plan) if found.is_kept or is_last else None
 
-    def nearest_of_other_coverages(self, best):
-        """Plans that miss the target by little, one of each number of coverages."""
+    def nearest_of_others(self, best):
+        """Plans that miss the target by little, one of each kind but that of the best.
+
+        Kinds differ in what no value lies between: coverages, and control in a model.
+        """
         nearest = {}
         for found, _ in sorted(self.tried, key=lambda one: one[0].reached):
             if 0.0 < found.reached / self.search.target - 1.0 < NEARLY:
-                nearest.setdefault(found.plan["n_coverages"], found.plan)
-        nearest.pop(best["n_coverages"], None)
+                kind = tuple(found.plan[name] for name in KIND)
+                nearest.setdefault(kind, found.plan)
+        nearest.pop(tuple(best[name] for name in KIND), None)
         return nearest.values()
 
     def best(self):
