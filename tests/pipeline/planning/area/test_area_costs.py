@@ -301,3 +301,20 @@ def test_plans_between_are_tried_with_every_number_of_coverages():
     assert finer.checked.plan["n_coverages"] == 2
     assert finer.is_recommended
     assert finer.flown.cost < 0.9 * coarse.flown.cost
+
+
+def test_a_looser_target_costs_no_more():
+    """Near misses of another pattern of control were not looked about: 8487 at 8 cm."""
+    squares = [shapely.box(x, y, x + 4e3, y + 4e3) for x, y in ((0, 0), (9e3, 1e3))]
+    area = FlightArea(shapely.union_all(squares))
+    scales = (8000, 9500, 11_200, 13_300, 15_700, 18_500)
+    choices = PlanChoices(
+        scale_number=scales, spacing=250, m_g_um=10, n_settings=(1, 2, 4)
+    )
+    costs = []
+    for target in (0.06, 0.07, 0.08, 0.09):
+        found, frame = recommended.search_over(target, area, choices, PlanFrame())
+        plan = recommended.plan_area(area, found, frame, refine=[*REFINED])
+        assert plan.is_recommended
+        costs.append(plan.flown.cost)
+    assert (np.diff(costs) < 0.0).all(), costs
