@@ -1,4 +1,4 @@
-"""Units by their codes of EPSG, as GeoTIFF names them."""
+"""Units, and systems of heights, by their codes of EPSG, as GeoTIFF names them."""
 
 from functools import cache
 
@@ -20,17 +20,20 @@ def unit_label(code):
 
 
 @cache
-def unit_of_heights(code):
-    """Name of a system of heights, the name of its unit, and its length [m].
+def system_of_heights(code):
+    """Name of a system with heights, the name of their unit, and its length [m].
 
-    None where the code is no system of EPSG's.
+    None where the code is no such system of EPSG's.
 
-    >>> unit_of_heights(6360)
-    ('NAVD88 height (ftUS)', 'US survey foot', 0.304800609601219)
+    >>> name, unit, metres = system_of_heights(6360)
+    >>> name, unit, round(metres, 6)
+    ('NAVD88 height (ftUS)', 'US survey foot', 0.304801)
     """
     try:
         system = pyproj.CRS.from_epsg(code)
     except pyproj.exceptions.CRSError:
+        return None
+    if not (system.is_vertical or len(system.axis_info) == 3):
         return None
     axis = system.axis_info[-1]
     return system.name, axis.unit_name, axis.unit_conversion_factor

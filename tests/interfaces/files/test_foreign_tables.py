@@ -23,6 +23,7 @@ from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.files.workbook_parts import formats_of_names
 
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
 PLANE = ["easting", "northing"]
@@ -478,9 +479,23 @@ def test_names_that_are_looks_of_numbers_are_said(tmp_path):
     assert table.frame["point_id"].tolist() == ["12", "112"]
     (said,) = [note for note in table.notes if "number format" in note]
     assert "format 0-00, 0000 are read as the numbers that they hold" in said
-    write_workbook(POINTS, tmp_path / "u.xlsx")
-    notes = understand_table(tmp_path / "u.xlsx", CONTROL_POINTS).notes
-    assert not any("number format" in note for note in notes)
+    with xlsxwriter.Workbook(tmp_path / "u.xlsx") as book:
+        sheet = book.add_worksheet("Punkte")
+        name, metres = (book.add_format({"num_format": f}) for f in ("0000", "000.00"))
+        sheet.write_row(0, 0, ["Nr", "Ost", "Nord"], name)
+        sheet.write_string(1, 0, "0012", name)  # a text, whatever its format
+        sheet.write_row(1, 1, [1.5, 2.5], metres)
+    table = understand_table(tmp_path / "u.xlsx", CONTROL_POINTS)
+    assert table.frame["point_id"].tolist() == ["0012"]
+    assert not any("number format" in note for note in table.notes)
+
+
+def test_number_formats_of_a_monster_are_read_in_no_time():
+    styles = b"<numFmt " + b'formatCode="x ' * 100_000 + b"/>"
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as book:
+        book.writestr("xl/styles.xml", styles)
+    assert formats_of_names(data.getvalue()) == []
 
 
 ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'

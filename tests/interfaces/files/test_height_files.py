@@ -78,7 +78,7 @@ def test_other_units_are_not_taken_for_metres(tmp_path, given, said):
         read_heights(write(tmp_path / "a.tif", **given), UTM)
 
 
-@pytest.mark.parametrize("code", [5778, 4979, 32767, 1])  # metres, or not known
+@pytest.mark.parametrize("code", [5778, 4979, 5013, 32767, 1])  # metres, or not known
 def test_systems_of_heights_in_metres_are_read(tmp_path, code):
     heights = read_heights(
         write(tmp_path / "a.tif", keys=(*IN_FEET, 4096, 0, 1, code)), UTM
@@ -231,10 +231,23 @@ def test_zeros_far_below_all_others_are_said():
     """A hole of 0 m in ground of 500 m was planned as ground."""
     plane = np.stack(np.meshgrid(*[np.arange(10.0) * 100.0] * 2), -1).reshape(-1, 2)
     height = 500.0 + 0.1 * plane[:, 0]
-    assert GroundHeights(plane, height, "a.xyz").said_of_zeros() == ""
+    area = FlightArea(shapely.box(0.0, 0.0, 900.0, 900.0).buffer(1.0))
+    assert GroundHeights(plane, height, "a.xyz").over(area).said_of_zeros() == ""
     height[[44, 45, 54]] = 0.0
-    said = GroundHeights(plane, height, "a.xyz").said_of_zeros()
+    said = GroundHeights(plane, height, "a.xyz").over(area).said_of_zeros()
     assert said.startswith("3 heights of the terrain are exactly 0 m, the others 500 m")
     # land that comes down to the sea
     by_the_sea = np.maximum(0.1 * plane[:, 0] - 30.0, 0.0)
-    assert GroundHeights(plane, by_the_sea, "a.xyz").said_of_zeros() == ""
+    assert GroundHeights(plane, by_the_sea, "a.xyz").over(area).said_of_zeros() == ""
+
+
+def test_cells_have_the_ground_of_their_mean():
+    """Of cells the lowest counts where a limit of height is held, not for control."""
+    plane = np.stack(np.meshgrid(*[np.arange(200.0) * 5.0] * 2), -1).reshape(-1, 2)
+    fine = GroundHeights(plane, 500.0 + 0.3 * plane[:, 0], "a.xyz")
+    places = np.array([[300.0, 400.0], [512.0, 77.0]])
+    expected = 500.0 + 0.3 * places[:, 0]
+    np.testing.assert_allclose(fine.at(places), expected, atol=1e-9)
+    coarse = fine.in_cells(40.0)
+    np.testing.assert_allclose(coarse.at(places), expected, atol=1e-6)
+    assert (coarse.straight_below(places) < expected - 3.0).all()

@@ -194,17 +194,26 @@ def test_what_is_alike_in_all_coordinates_has_the_shares_of_one_of_them(k):
     np.testing.assert_allclose(best_shares(apart), best_shares(alike), atol=1e-8)
 
 
+@pytest.mark.parametrize("is_unknown", [False, True])  # then by pairs of numbers
 @pytest.mark.parametrize("k", [2, 5])
-def test_what_turns_and_scales_has_the_shares_of_complex_numbers(k, monkeypatch):
+def test_what_turns_and_scales_has_the_shares_of_complex_numbers(
+    k, is_unknown, monkeypatch
+):
     """Shares of both coordinates as one number are those of the pairs of them."""
     rng = np.random.default_rng(3)
     of_errors = rng.normal(size=(7, k, 2 * k)) + 1j * rng.normal(size=(7, k, 2 * k))
     of_errors[0, 1] = of_errors[0, 0]  # the same errors
     joint = of_errors @ of_errors.conj().swapaxes(1, 2)
-    joint[1, 0] = joint[1, :, 0] = np.nan  # not known
+    if is_unknown:
+        joint[1, 0] = joint[1, :, 0] = np.nan
     real, imag = joint.real, joint.imag
     rows = np.stack([real, -imag], -1), np.stack([imag, real], -1)
     covariance = np.stack(rows, -2)
+    later, earlier = np.tril_indices(k)
+    found = correlated_mean._of_one_number(
+        covariance[:, later, earlier].reshape(-1, 2, 2)
+    )
+    assert np.iscomplexobj(found) != is_unknown
     shares = best_shares(covariance)
     monkeypatch.setattr(correlated_mean, "_of_one_number", lambda blocks: blocks)
     np.testing.assert_allclose(shares, best_shares(covariance), atol=1e-9)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.epsg_units import METRE, unit_label, unit_of_heights
+from einschalt.foundations.epsg_units import METRE, system_of_heights, unit_label
 from einschalt.foundations.errors import (
     FileError,
     ProjectionError,
@@ -242,7 +242,7 @@ def _corner(tags, source):
 def _require_metres(keys, written_by_gdal, source):
     """Refuse heights or cells in another unit, or numbers that want scaling."""
     units = {name: keys.get(name, METRE) for name in (UNIT_OF_PLANE, UNIT_OF_HEIGHTS)}
-    found, system = None, unit_of_heights(keys.get(SYSTEM_OF_HEIGHTS, USER_DEFINED))
+    found, system = None, system_of_heights(keys.get(SYSTEM_OF_HEIGHTS, USER_DEFINED))
     if units[UNIT_OF_PLANE] not in (METRE, USER_DEFINED):
         found = f"its cells are in the unit {unit_label(units[UNIT_OF_PLANE])}"
     elif units[UNIT_OF_HEIGHTS] not in (METRE, USER_DEFINED):

@@ -22,12 +22,15 @@ EMPTY_CELL_OF_ODS = re.compile(
 )
 FORMULA_OF_ODS, VALUE_OF_ODS = b"table:formula", b"office:value-type"
 STYLES, SHEETS = "xl/styles.xml", "xl/worksheets/"
-FORMAT, FORMAT_OF_CELLS = re.compile(rb"<numFmt\s[^<>]*>"), re.compile(rb"<xf\s[^<>]*>")
+FORMAT, FORMAT_OF_CELLS = (
+    re.compile(rb"<numFmt\s[^<>]{0,2000}>"),
+    re.compile(rb"<xf\b[^<>]{0,2000}>"),
+)
 FORMAT_NUMBER = re.compile(rb"""\snumFmtId=["'](\d+)""")
-FORMAT_CODE = re.compile(rb"""\sformatCode=["']([^<>]*?)["'](?=[\s/>])""")
-NUMBER_CELL = re.compile(rb"<c(\s[^<>]*)>\s*<v>")
+FORMAT_CODE = re.compile(rb"""\sformatCode\s*=\s*("[^"<>]*"|'[^'<>]*')""")
+NUMBER_CELL = re.compile(rb"<c(\s[^<>]*)>\s*(?:<f\b[^<>]*(?:/>|>[^<]*</f>)\s*)?<v>")
 STYLE_OF_CELL = re.compile(rb"""\ss=["'](\d+)""")
-AS_NAME = re.compile(r"""^0{2,}(?![.,])|0(\\?[-/]|"[-/])""")
+AS_NAME = re.compile(r"""^0{2,}(?![0.,E])|0(?:\\?[-/]|"[-/]")[0#?]""")
 HIDDEN = ("hidden", "veryHidden")
 ODS = "content.xml"
 TABLE_OF_ODS = re.compile(rb"<table:table(\s[^<>]*)>")
@@ -91,7 +94,7 @@ def formats_of_names(data):
             for pattern in (FORMAT_NUMBER, FORMAT_CODE)
         )
         formats = {
-            number[1]: html.unescape(code[1].decode("utf-8", errors="replace"))
+            number[1]: html.unescape(code[1][1:-1].decode("utf-8", errors="replace"))
             for number, code in zip(numbers, codes, strict=True)
             if number and code
         }
@@ -110,6 +113,7 @@ def formats_of_names(data):
             for name in (sheets if places else [])
             for cell in NUMBER_CELL.findall(book.read(name))
             if (style := STYLE_OF_CELL.search(cell)) and style[1] in places
+            if (kind := KIND_OF_CELL.search(cell)) is None or kind[1][1:-1] == b"n"
         }
     return sorted(found)
 

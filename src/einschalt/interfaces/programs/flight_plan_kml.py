@@ -51,15 +51,15 @@ def write_flight_plan_kml(plan, path):
     for row in flown.flight_lines.itertuples():
         ends = [row.start_easting, row.start_northing, row.altitude]
         ends = np.array([ends, [row.end_easting, row.end_northing, row.altitude]])
-        mark = _mark(lines, row.line_id, row.flight)
-        _shape(mark, "LineString", to_degrees(ends))
+        placemark = _mark(lines, row.line_id, row.flight)
+        _shape(placemark, "LineString", to_degrees(ends))
     table = flown.photographs
     places = to_degrees(table[["easting", "northing", "altitude"]].to_numpy(float))
     for name in FLIGHTS:
         of_flight = _folder(document, f"Photographs, {name.replace('_', ' ')}")
         for k in np.flatnonzero(table["flight"] == name):
-            mark = _mark(of_flight, table["photo_id"].iat[k], name)
-            _shape(mark, "Point", places[k : k + 1])
+            placemark = _mark(of_flight, table["photo_id"].iat[k], name)
+            _shape(placemark, "Point", places[k : k + 1])
     control = _folder(document, "Control")
     places = to_degrees(
         flown.control[["easting", "northing", "height"]].to_numpy(float)

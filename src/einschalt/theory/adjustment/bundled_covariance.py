@@ -94,7 +94,8 @@ class BundledRows:
     def variances(self, met, joint):
         """Covariances of each point with itself, (n_points, n_coordinates, …) [m²].
 
-        As :meth:`covariances` has them, in a third of the time.
+        As :meth:`covariances` has them, in a third of the time; ``met`` are the
+        neighbours of every point with itself.
         """
         dtype = self._dtype_with(met, joint)
         pointer, *entries = self._entries(dtype)
@@ -218,8 +219,8 @@ def joint_covariance(operator, met, size, standard_errors):
     is_quicker = _is_quicker_as_a_whole(blocks, len(sources), met)
     if is_quicker and np.isfinite(scaled).all():
         bundle = np.repeat(np.arange(len(blocks.indptr) - 1), np.diff(blocks.indptr))
-        rows = np.zeros((len(blocks.indptr) - 1, size, len(sources), len(each.T)))
-        rows = rows.astype(scaled.dtype, copy=False)
+        shape = len(blocks.indptr) - 1, size, len(sources), len(each.T)
+        rows = np.zeros(shape, scaled.dtype)
         rows[bundle, :, source] = scaled
         return _of_whole(rows.reshape(blocks.shape[0], -1), met, size)
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)

@@ -21,7 +21,7 @@ def points_shown(along, across, altitude, place, ground, planned, sides, base, r
     the points in the same axes, ``ground`` (n_points,) their heights [m]. At the
     ``planned`` height above ground [m] an image shows ``sides`` (2,), of which two of
     a model have all but ``base`` (2,) in common, along and across [m]. Ground that
-    lies higher than planned is taken to rise ``rises`` times as much.
+    lies higher than planned is taken to rise ``rises`` times as much, at least once.
 
     Gives number of centre and point of each pair, sorted by both.
     """

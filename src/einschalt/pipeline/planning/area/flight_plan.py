@@ -106,7 +106,7 @@ def _control(layout, frame, heights):
     n_models = np.bincount(high.point, minlength=len(layout.position))[places]
     height = np.full(len(places), np.nan)
     if heights is not None:
-        height = heights.straight_below(ground)
+        height = heights.at(ground)
     return pd.DataFrame(
         {
             "point_id": [f"C{k + 1}" for k in range(len(places))],

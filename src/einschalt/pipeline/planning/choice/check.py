@@ -199,8 +199,8 @@ def check_plans(
     what it would cost as it is laid out, for each km², where rows have but an estimate:
     asked of plans that may be the cheapest, before one is propagated; None where
     counting has taken enough. ``refine`` names choices of which values between those of
-    the search are tried as well, about the cheapest that is kept: those of
-    ``finer_choices``. ``progress(title, fraction)`` is told.
+    the search are tried as well, about the cheapest that is kept, and about near misses
+    of another kind: those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:

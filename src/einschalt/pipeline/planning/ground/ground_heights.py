@@ -45,6 +45,9 @@ class GroundHeights:
     at_border: tuple[float, float] | None = None  # lowest and highest, of an area [m]
     # these and those beside, once they were put together
     together: "GroundHeights | None" = None
+    # of those in an area, how many are exactly 0 far below all others, and the lowest
+    # of these [m]; they may stand for missing ones
+    zeros: tuple[int, float] | None = None
 
     def over(self, area) -> "GroundHeights":
         """Return what lies in an area, and beside it what lies near.
@@ -83,7 +86,9 @@ class GroundHeights:
         if is_in.sum() + is_beside.sum() > MOST_KEPT:
             held = held.at_most((1.0 - PART_BESIDE) * MOST_KEPT)
             beside = beside.at_most(PART_BESIDE * MOST_KEPT)
-        found = replace(held, beside=beside if is_beside.any() else None)
+        beside = beside if is_beside.any() else None
+        zeros = _zeros_far_below(self.height[is_in])  # before they are thinned
+        found = replace(held, beside=beside, zeros=zeros)
         return found.with_border(area)
 
     def at_most(self, n) -> "GroundHeights":
@@ -149,16 +154,15 @@ class GroundHeights:
 
     def said_of_zeros(self):
         """Say that some are exactly 0, far below all others; "" where none is."""
-        others = self.height[self.height != 0.0]
-        n_zeros = len(self.height) - len(others)
-        if not n_zeros or not len(others) or others.min() < FAR_ABOVE_ZERO:
+        if self.zeros is None:
             return ""
+        n_zeros, lowest = self.zeros
         message = (
             "{n:height of the terrain is|heights of the terrain are} exactly 0 m, the "
-            "others {lowest} m and more: if they stand for missing ones, declare "
-            "nodata = 0 and fill the gaps."
+            "others {lowest} m and more: if they stand for missing ones, declare 0 as "
+            "nodata and fill the gaps, or leave their lines out."
         )
-        return kept(message, n=n_zeros, lowest=number(others.min(), 3))
+        return kept(message, n=n_zeros, lowest=f"{np.floor(lowest):.0f}")
 
     @cached_property
     def _tree(self):
@@ -247,6 +251,13 @@ class GroundHeights:
         )
         return GroundHeights(plane, height, self.source, extremes)
 
+    def at(self, ground):
+        """Height at places (n, 2), as :meth:`straight_below`, but of cells the mean."""
+        means = self._anywhere
+        if means.extremes is not None:
+            means = replace(means, extremes=None)
+        return means.lowest_at(np.asarray(ground, dtype=float))
+
     def lowest_at(self, ground):
         """Height at places (n, 2) by these heights alone, of cells the lowest [m]."""
         if self._surface is None:
@@ -302,6 +313,15 @@ class GroundHeights:
         lowest, highest = self._extremes[:, 0].min(), self._extremes[:, 1].max()
         at_border = self.at_border or (np.inf, -np.inf)
         return float(min(lowest, at_border[0])), float(max(highest, at_border[1]))
+
+
+def _zeros_far_below(height):
+    """How many heights are exactly 0, and the lowest of the others; None if near."""
+    others = height[height != 0.0]
+    n_zeros = len(height) - len(others)
+    if not n_zeros or not len(others) or others.min() < FAR_ABOVE_ZERO:
+        return None
+    return n_zeros, float(others.min())
 
 
 def _means(values, start, count):

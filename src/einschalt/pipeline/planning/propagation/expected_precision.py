@@ -189,7 +189,7 @@ def propagate_design(design, *, seed=0, **means) -> PropagatedBlock:
 
 
 def on_a_plane(geometry):
-    """Give a geometry without a map: what that bends by millimetres is no error."""
+    """Give a geometry without a map projection: what that bends is no error."""
     return replace(geometry, crs=None)
 
 
