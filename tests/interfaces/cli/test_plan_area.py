@@ -195,15 +195,19 @@ def test_ground_that_is_too_high_is_refused(invoke, folder, tmp_path):
     assert "expected more than 50 % forward" in " ".join(shown.stderr.split())
 
 
+def _rectangle(folder, crs, east, north):
+    """An area of 4 x 3 km in a plane system, as GeoJSON."""
+    corners = [(0, 0), (4000, 0), (4000, 3000), (0, 3000), (0, 0)]
+    ring = [[east + x, north + y] for x, y in corners]
+    system = {"type": "name", "properties": {"name": crs}}
+    text = json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system})
+    (folder / "area.geojson").write_text(text, "utf-8")
+    return folder / "area.geojson"
+
+
 def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
     """PSAD56 of Peru is good to 16 m: no KML, and a remedy that plans have not."""
-    area = tmp_path / "area.geojson"
-    corners = [(0, 0), (4000, 0), (4000, 3000), (0, 3000), (0, 0)]
-    ring = [[500_000 + x, 8_700_000 + y] for x, y in corners]
-    system = {"type": "name", "properties": {"name": "EPSG:24878"}}
-    area.write_text(
-        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
-    )
+    area = _rectangle(tmp_path, "EPSG:24878", 500_000, 8_700_000)
     options = ("--target", "6cm", "--spacing", 250, "--scale-number", 9000)
     shown = invoke("plan", *options, "--area", area, "--output", tmp_path / "plan")
     assert shown.exit_code == 0, shown.stderr
@@ -215,13 +219,7 @@ def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
 
 def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, invoke):
     """Exchanged easting and northing: all was computed, and nothing written."""
-    area = tmp_path / "area.geojson"
-    corners = [(0, 0), (4000, 0), (4000, 3000), (0, 3000), (0, 0)]
-    ring = [[320_000 + x, 10_000 + y] for x, y in corners]
-    system = {"type": "name", "properties": {"name": "EPSG:31255"}}
-    area.write_text(
-        json.dumps({"type": "Polygon", "coordinates": [ring], "crs": system}), "utf-8"
-    )
+    area = _rectangle(tmp_path, "EPSG:31255", 320_000, 10_000)
     options = ("--target", "6cm", "--spacing", 250, "--scale-number", 9000)
     output = ("--output", tmp_path / "plan")
     shown = invoke("plan", *options, "--area", area, *output)

@@ -12,7 +12,6 @@ import numpy as np
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import EinschaltError, FileError, ProjectionError
-from einschalt.foundations.language import mark
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
@@ -308,8 +307,7 @@ def _moved(shape, source, target):
 
     if source is None or read_source_crs(source).is_engineering:
         return shape  # it names none: taken as it is
-    reason = mark("since it is the border of an area")
-    demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
+    demand = Demand(GOOD_ENOUGH, "since it is the border of an area")
     systems = read_source_crs(source), read_crs(target)
     try:
         return shapely.transform(

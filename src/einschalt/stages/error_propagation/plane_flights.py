@@ -346,7 +346,7 @@ def _multiplied(chain, place, step, known=None):
     At the ``place`` 0, after all others, or -1; ``known`` keeps products of the same
     two matrices, so that chains that begin alike still do.
     """
-    matrix, known = step.factors[0], {} if known is None else known
+    (matrix,), known = step.factors, {} if known is None else known
 
     def with_step(product):
         factors = list(product.factors)

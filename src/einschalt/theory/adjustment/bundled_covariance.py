@@ -214,15 +214,10 @@ def joint_covariance(operator, met, size, standard_errors):
     each = operator.axes.each(standard_errors)
     blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
     scaled = blocks.data * each[blocks.indices][:, None]
-    # of numbers that are none, pairs of other bundles know nothing
-    sources, source = numbered(blocks.indices)
-    is_quicker = _is_quicker_as_a_whole(blocks, len(sources), met)
-    if is_quicker and np.isfinite(scaled).all():
-        bundle = np.repeat(np.arange(len(blocks.indptr) - 1), np.diff(blocks.indptr))
-        shape = len(blocks.indptr) - 1, size, len(sources), len(each.T)
-        rows = np.zeros(shape, scaled.dtype)
-        rows[bundle, :, source] = scaled
-        return _of_whole(rows.reshape(blocks.shape[0], -1), met, size)
+    if blocks.blocksize not in IN_REGISTERS:
+        rows = _full_if_quicker(blocks, scaled, met)
+        if rows is not None:
+            return _of_whole(rows, met, size)
     out = np.zeros((len(met), size, size), dtype=scaled.dtype)
     rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
     given = (*rows, len(each), scaled, out)
@@ -232,15 +227,24 @@ def joint_covariance(operator, met, size, standard_errors):
     return out
 
 
-def _is_quicker_as_a_whole(blocks, n_sources, met):
-    """Whether enough of the entries of used sources are filled, and bundles meet."""
-    if blocks.blocksize in IN_REGISTERS:
-        return False
-    n_rows, n_columns = blocks.shape[0], n_sources * blocks.blocksize[1]
-    of_pairs = len(met) * blocks.nnz * blocks.blocksize[0] ** 2 / max(1, n_rows)
-    numbers = max(n_rows * n_rows, n_rows * n_columns)
-    is_small = numbers <= NUMBERS_OF_WHOLE
-    return is_small and n_rows**2 * n_columns < QUICKER_AS_A_WHOLE * of_pairs
+def _full_if_quicker(blocks, scaled, met):
+    """Rows as a full matrix of the sources they use, if its product is quicker.
+
+    Where enough entries are filled, and bundles meet; None otherwise, and of numbers
+    that are none, of which pairs of other bundles know nothing.
+    """
+    sources, source = numbered(blocks.indices)
+    (n_rows, _), (size, n_axes) = blocks.shape, blocks.blocksize
+    n_columns = len(sources) * n_axes
+    of_pairs = len(met) * blocks.nnz * size**2 / max(1, n_rows)
+    is_small = n_rows * max(n_rows, n_columns) <= NUMBERS_OF_WHOLE
+    is_quicker = n_rows**2 * n_columns < QUICKER_AS_A_WHOLE * of_pairs
+    if not (is_small and is_quicker and np.isfinite(scaled).all()):
+        return None
+    n_bundles = n_rows // size
+    rows = np.zeros((n_bundles, size, len(sources), n_axes), scaled.dtype)
+    rows[np.repeat(np.arange(n_bundles), np.diff(blocks.indptr)), :, source] = scaled
+    return rows.reshape(n_rows, n_columns)
 
 
 def _of_whole(rows, met, size):
