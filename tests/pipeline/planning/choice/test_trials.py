@@ -61,3 +61,21 @@ def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
         checked = check_plans(found, FRAME, at_once=2)
         told.append((checked.plan.name, checked.reached, checked.dropped))
     assert told[0] == told[1] == told[2]
+
+
+def test_what_grows_from_layout_to_layout_is_expected_to_go_on(found):
+    """Over a small area a high flight is the worse the smaller its scale is."""
+    trials, ratio = _trials(found), found.plans["high_scale_number"]
+    ratio = ratio / found.plans["scale_number"]
+    same = found.plans["scale_number"] == 8100
+    for name in ("n_settings", "n_coverages", "control_per_model"):
+        same &= found.plans[name] == found.plans[name].max()
+    least, next_one, *others = np.flatnonzero(same)[np.argsort(ratio[same])]
+    assert len(others) >= 2
+    trials.errors.learn(least, 1.0)
+    trials.errors.learn(next_one, 1.2)
+    expected, spread = trials.errors.ratios, trials.errors.spreads
+    assert expected[least] < 1.05
+    # as far on as was shown, and known less well the farther that is
+    assert expected[others[0]] > expected[next_one] > 1.15
+    assert (np.diff(spread[[next_one, *others]]) > 0.0).all()

@@ -17,6 +17,21 @@ SAME_LAYOUT = 0.01
 LEAST_GAIN, LEAST_COUNTED_GAIN = 0.02, 0.005
 # of a cost that was not counted: as much cheaper it may well be [standard errors]
 FAR_IN_COST = 2.0
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    """Standard errors of the parts of a logarithm, see _Shown."""
+
+    common: float
+    sloping: tuple[float, ...]  # for each step in each of the columns of _steps_of
+    own: float
+    single: float
+
+
+# high flights of much smaller scales are worse over small areas than the estimates know
+OF_ERRORS = _Sizes(0.15, (0.1, 0.2, 0.1, 0.1, 0.1), own=0.08, single=0.01)
+OF_COSTS = _Sizes(0.12, (0.05, 0.05, 0.05, 0.05, 0.05), own=0.06, single=0.04)
 LAYOUT = (
     "scale_number",
     "high_scale_number",
@@ -50,8 +65,8 @@ class Trials:
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
         self.counted = np.full(n_plans, np.nan)  # costs
         self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
-        self.errors = _Shown(self.steps, common=0.15, own=0.1, single=0.01)
-        self.costs = _Shown(self.steps, common=0.12, own=0.06, single=0.04)
+        self.errors = _Shown(self.steps, OF_ERRORS)
+        self.costs = _Shown(self.steps, OF_COSTS)
         self.kept, self.missed = [], []  # costs; reached over the closed estimate
         self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
 
@@ -229,13 +244,17 @@ class _Shown:
     """What layouts are more or less than their estimates, for plans near them.
 
     Logarithms of the ratios have a part that is ``common`` to all layouts, one that
-    is alike for layouts near each other (``own``), and one that is of a ``single``
-    layout; interpolated with least variance (kriging).
+    grows evenly along each column of their steps (``sloping``), one that is alike for
+    layouts near each other (``own``), and one that is of a ``single`` layout;
+    interpolated with least variance (kriging).
     """
 
-    def __init__(self, steps, *, common, own, single):
+    def __init__(self, steps, sizes):
         self.steps = steps
-        self.common, self.own, self.single = common**2, own**2, single**2
+        self.common, self.own, self.single = (
+            size**2 for size in (sizes.common, sizes.own, sizes.single)
+        )
+        self.sloping = (steps - steps.mean(axis=0)) * sizes.sloping
         self.shown = []  # places and ratios
         self._columns = []  # covariances of all plans with each of these
         self._told = None  # what follows from them, asked for until there are more
@@ -244,7 +263,8 @@ class _Shown:
         """Take what the plan at a place is, over its estimate."""
         self.shown.append((place, ratio))
         away = np.abs(self.steps - self.steps[place]).sum(axis=1)
-        self._columns.append(self.common + self.own * np.exp(-away))
+        evenly = self.common + self.sloping @ self.sloping[place]
+        self._columns.append(evenly + self.own * np.exp(-away))
         self._told = None
 
     def copy(self):
@@ -277,7 +297,8 @@ class _Shown:
 
     def _interpolated(self):
         """Ratios and spreads of all plans."""
-        variance = np.full(len(self.steps), self.common + self.own + self.single)
+        alike = self.common + self.own + self.single
+        variance = alike + np.square(self.sloping).sum(axis=1)
         if not self.shown:
             return np.ones(len(self.steps)), np.sqrt(variance)
         weights, covariances = self._weights()
