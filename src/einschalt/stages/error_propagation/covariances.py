@@ -5,7 +5,6 @@ of models, of which there are far fewer than values: what these share is compute
 for all that depends on them.
 """
 
-from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import partial, reduce
 from operator import add
@@ -24,12 +23,16 @@ from einschalt.theory.adjustment.bundled_covariance import (
     points_in_a_bundle,
 )
 from einschalt.theory.adjustment.point_operator import PointOperator, selection
+from einschalt.theory.adjustment.rows_of_chains import (
+    beginning,
+    filled,
+    rows_of_chains,
+    times,
+)
 
 # numbers of a full matrix: 80 MB for each range of points, 160 MB for those at once
 NUMBERS_OF_RANGE, RANGES_AT_ONCE = 10_000_000, 2
 PAIRS_AT_ONCE = 50_000
-# share of entries from which a product is no longer kept sparse
-FULL = 0.1
 # what an entry of a sparse matrix takes, with its place and what is computed from it
 SPARSE_SIZE = 3.0
 UNEVEN = 2.0  # size of the fullest rows, over the mean
@@ -91,7 +94,7 @@ class _Kept(NamedTuple):
 def identity_of(chains):
     """What tells chains apart: names, and matrices of each product."""
     return tuple(
-        (name, tuple(_key(one, len(one.factors)) for one in chain.products))
+        (name, tuple(beginning(one, len(one.factors)) for one in chain.products))
         for name, chain in chains.items()
     )
 
@@ -211,7 +214,7 @@ class _Steps:
             for one in chain.products:
                 n_first = _n_steps_to_fewer(one)
                 if n_first is not None:
-                    alike.setdefault(_key(one, n_first), []).append((n_first, one))
+                    alike.setdefault(beginning(one, n_first), []).append((n_first, one))
         if not alike:
             return cls(None, {}, chains)
         # where as many go one way as another, through the fewest numbers
@@ -220,7 +223,7 @@ class _Steps:
         through, direct = {}, {}
         for name, chain in chains.items():
             for product in chain.products:
-                if _key(product, n_first) == key:
+                if beginning(product, n_first) == key:
                     rest = PointOperator(product.factors[n_first:], product.axes)
                     through.setdefault(name, []).append(rest)
                 else:
@@ -376,7 +379,7 @@ def _rows_to_bundles(chains, size, bundles):
     pointer = np.arange(len(bundles) + 1)
     shape = len(bundles) * size, n_columns
     unit = sparse.bsr_array((each, bundles, pointer), shape=shape)
-    yield from _products(chains, unit, full=1.0)
+    yield from rows_of_chains(chains, unit, full=1.0)
 
 
 def _between(chains, standard_errors, places):
@@ -418,7 +421,7 @@ def _numbers_in_row(product):
     sampled = np.unique(np.linspace(0, n_all - 1, min(N_SAMPLED, n_all)).astype(int))
     rows, largest = selection(sampled, n_all, product.axes).matrix, 0
     for matrix in product.factors:
-        rows = _filled(_times(rows, matrix))
+        rows = filled(times(rows, matrix))
         is_sparse = sparse.issparse(rows)
         largest = max(largest, rows.nnz if is_sparse else rows.size / SPARSE_SIZE)
     return largest / max(1, product.axes.size(len(sampled)))
@@ -431,7 +434,8 @@ def _rows_of(chains, places):
     """
     any_chain = next(iter(chains.values()))
     picked = selection(places, any_chain.n_points, any_chain.axes)
-    yield from _products(chains, picked.matrix, within=_slice_of(places, picked.axes))
+    within = _slice_of(places, picked.axes)
+    yield from rows_of_chains(chains, picked.matrix, within=within)
 
 
 def _slice_of(places, axes):
@@ -441,56 +445,3 @@ def _slice_of(places, axes):
     if (np.diff(places) != 1).any():
         return None
     return slice(axes.size(int(places[0])), axes.size(int(places[-1]) + 1))
-
-
-def _products(chains, picked, full=FULL, within=None):
-    """Picked rows in the product of each chain; what begins alike is shared.
-
-    They are kept sparse up to the share ``full`` of entries; those ``within`` a slice
-    are taken out of the first factor without a product.
-    """
-    beginnings = Counter(
-        _key(one, k)
-        for chain in chains.values()
-        for one in chain.products
-        for k in _lengths(one)
-    )
-    done = {(): picked}
-
-    def rows_of(one):
-        known = max((k for k in _lengths(one) if _key(one, k) in done), default=0)
-        rows = done[_key(one, known)]
-        for k in range(known, len(one.factors)):
-            matrix = one.factors[k]
-            is_cut = k == 0 and within is not None and matrix.format == "csr"
-            rows = matrix[within] if is_cut else _times(rows, matrix)
-            rows = _filled(rows, full)
-            if beginnings[_key(one, k + 1)] > 1:
-                done[_key(one, k + 1)] = rows
-        return rows
-
-    for source, chain in chains.items():
-        rows = reduce(add, map(rows_of, chain.products))
-        yield source, PointOperator((rows,), chain.axes)
-
-
-def _lengths(one):
-    return range(1, len(one.factors) + 1)
-
-
-def _key(one, length):
-    return tuple(map(id, one.factors[:length]))
-
-
-def _times(rows, matrix):
-    # models that are not usable have no part, but 0 · NaN would be NaN
-    if not sparse.issparse(rows) and not np.isfinite(matrix.data).all():
-        rows = sparse.csr_array(rows)
-    return rows @ matrix
-
-
-def _filled(rows, full=FULL):
-    """As a full matrix where most of it is needed: it multiplies much faster."""
-    is_full = sparse.issparse(rows) and rows.nnz > full * rows.shape[0] * rows.shape[1]
-    # by rows: from small matrices scipy would go through a list of all entries
-    return rows.tocsr().toarray() if is_full else rows

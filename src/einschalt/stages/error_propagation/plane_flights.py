@@ -6,7 +6,8 @@ recommend one, and of each it is a third of the work.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
+from operator import add
 
 import numpy as np
 import pandas as pd
@@ -344,7 +345,8 @@ def _multiplied(chain, place, step, known=None):
     """Take one more step at an end of a chain, multiplied by what stands there.
 
     At the ``place`` 0, after all others, or -1; ``known`` keeps products of the same
-    two matrices, so that chains that begin alike still do.
+    two matrices, so that chains that begin alike still do. Products of one factor are
+    added.
     """
     (matrix,), known = step.factors, {} if known is None else known
 
@@ -356,7 +358,11 @@ def _multiplied(chain, place, step, known=None):
         factors[place] = known[id(one)]
         return PointOperator(tuple(factors), product.axes)
 
-    return PointOperator.sum_of(map(with_step, chain.products))
+    products = [with_step(one) for one in chain.products]
+    short = [one for one in products if len(one.factors) == 1]
+    longer = [one for one in products if len(one.factors) > 1]
+    added = [reduce(add, short)] if short else []
+    return PointOperator.sum_of([*longer, *added])
 
 
 def _of_rows(factors, axes):
