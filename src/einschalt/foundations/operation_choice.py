@@ -147,7 +147,7 @@ def _said(candidates):
     return f"{said}; {rest} other operations" if rest > 0 else said
 
 
-def _where(grids):
+def _where(grids, is_fixed=False):
     """Say where grids are to be had, and where they are looked for."""
     names = names_of(grids)
     addresses = " and ".join(address for _, address in grids if address)
@@ -159,6 +159,9 @@ def _where(grids):
     ways = [where]
     if seconds:
         ways.append(f"The national survey may call it {seconds}")
+    if is_fixed:
+        ways.append("PROJ looks for it in the folders that PROJ_DATA names")
+        return ". ".join(ways)
     ways.append("Name its folder with --grids, or grids in [settings]")
     held = held_grids()
     if held is not None:  # folders that were named, beside PROJ's own
@@ -171,7 +174,8 @@ def _remedy(candidates, demand):
     stated = [one for one in candidates if np.isfinite(one.accuracy_m)]
     usable = [one for one in stated if one.transformer is not None]
     if demand.is_fixed:
-        return _where(stated[0].missing) if stated and stated[0].missing else ""
+        missing = stated[0].missing if stated else ()
+        return _where(missing, is_fixed=True) if missing else ""
     ways = []
     if stated and stated[0].missing:
         best = stated[0]

@@ -363,18 +363,25 @@ def beyond_use(easting, northing, crs):
     [degrees], longitude and latitude; 0.0 where the system does not say where that is,
     infinite where the place is none on the Earth.
     """
-    crs = read_source_crs(crs)
-    longitude, latitude = degrees_of(easting, northing, crs)
-    area = crs.area_of_use
+    longitude, latitude = degrees_of(easting, northing, read_source_crs(crs))
+    return degrees_beyond_use(longitude, latitude, crs), longitude, latitude
+
+
+def degrees_beyond_use(longitude, latitude, crs):
+    """How far a place in degrees lies outside of where a system is used [degrees].
+
+    As :func:`beyond_use` has it.
+    """
     if not np.isfinite([longitude, latitude]).all():
-        return np.inf, longitude, latitude
+        return np.inf
+    area = read_source_crs(crs).area_of_use
     if area is None or area.west > area.east:  # or over the antimeridian
-        return 0.0, longitude, latitude
+        return 0.0
     beyond = (
         *(area.west - longitude, longitude - area.east),
         *(area.south - latitude, latitude - area.north),
     )
-    return max(0.0, *beyond), longitude, latitude
+    return max(0.0, *beyond)
 
 
 def scale_range(easting, northing, crs):

@@ -11,6 +11,9 @@ import pytest
 import shapely
 from numpy.testing import assert_allclose
 
+from einschalt.foundations import projections
+from einschalt.interfaces.programs import flight_plan_kml
+
 UTM = "EPSG:32633"
 RING = [(0, 0), (8200, 900), (9000, 5200), (4800, 7600), (600, 6000), (0, 0)]
 HOLE = [(3000, 3000), (4200, 3000), (4200, 4200), (3000, 4200), (3000, 3000)]
@@ -215,6 +218,27 @@ def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
     told = (tmp_path / "plan" / "flight_plan.kml").read_text("utf-8")
     by = re.search(r"Brought to WGS 84 by (PSAD56 to WGS 84 .*)\.</description>", told)
     assert re.fullmatch(r"PSAD56 to WGS 84 \(\d+\) \(\d\d m\)", by[1])
+
+
+def test_kml_is_written_by_the_operation_that_it_names(tmp_path, invoke, monkeypatch):
+    """Chosen once, of all that is drawn: pieces near a border might have another."""
+    asked = []
+
+    def reproject(points, *given):
+        asked.append(len(points))
+        return projections.reproject(points, *given)
+
+    monkeypatch.setattr(flight_plan_kml, "reproject", reproject)
+    area = _rectangle(tmp_path, "EPSG:31255", 10_000, 320_000)
+    options = ("--target", "6cm", "--spacing", 250, "--scale-number", 9000)
+    shown = invoke("plan", *options, "--area", area, "--output", tmp_path / "plan")
+    assert shown.exit_code == 0, shown.stderr
+    tables = {
+        name: len(pd.read_csv(tmp_path / "plan" / f"{name}.csv"))
+        for name in ("flight_lines", "photographs", "control")
+    }
+    lines = tables.pop("flight_lines")
+    assert asked == [5 + 2 * lines + sum(tables.values())]
 
 
 def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, invoke):

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import shapely
 
-from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.errors import EinschaltError, ProjectionError
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.geopackage import write_layers
 from einschalt.interfaces.files.map_layers import Layer
@@ -166,3 +166,37 @@ def test_a_file_that_was_cut_off_is_told_with_the_place(tmp_path):
     path.write_text('{"type": "Polygon",\n "coordinates": [[[1, 2], [3', "utf-8")
     with pytest.raises(EinschaltError, match="is no JSON from line 2, column 29 on"):
         read_area(path)
+
+
+@pytest.mark.parametrize(
+    ("crs", "corner", "target", "says"),
+    [
+        # of the datum there is no way that is good enough
+        (
+            "EPSG:24878",
+            (500_000, 8_700_000, 4000),
+            "EPSG:32718",
+            r"no operation is good enough; PSAD56 to WGS 84 \(\d\): 16 m.* expected an "
+            r"accuracy of 5 m, .*Name a plane system with the datum of PSAD56 / UTM",
+        ),
+        # nor, without its grid, of this one
+        (
+            "EPSG:4267",
+            (-156.0, 64.0, 0.03),
+            "EPSG:26905",
+            r"needs us_noaa_\S+\.tif, which is missing.* PROJ looks for it in the "
+            "folders that PROJ_DATA names. Or: Name a plane system",
+        ),
+        # these are exchanged
+        ("EPSG:24878", (8_700_000, 500_000, 4000), "EPSG:32718", "exchanged"),
+        ("EPSG:4326", (48.0, 13.0, 0.03), "EPSG:31255", "exchanged"),
+    ],
+)
+def test_why_an_area_is_not_brought_into_a_system(tmp_path, crs, corner, target, says):
+    east, north, side = corner
+    path = write(tmp_path / "a.geojson", box(side, side, east, north), crs=crs)
+    with pytest.raises(ProjectionError, match=says) as refused:
+        read_area(path, crs=target)
+    said = str(refused.value)
+    assert ("exchanged" in said) == (says == "exchanged")
+    assert "--grids" not in said and "crs_accuracy_m" not in said

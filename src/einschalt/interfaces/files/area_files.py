@@ -12,10 +12,12 @@ import numpy as np
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import EinschaltError, FileError, ProjectionError
+from einschalt.foundations.language import mark
 from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
     beyond_use,
+    degrees_beyond_use,
     label_of,
     read_crs,
     read_source_crs,
@@ -307,14 +309,21 @@ def _moved(shape, source, target):
 
     if source is None or read_source_crs(source).is_engineering:
         return shape  # it names none: taken as it is
-    demand = Demand(GOOD_ENOUGH, "since it is the border of an area")
     systems = read_source_crs(source), read_crs(target)
+    reason = mark("since it is the border of an area")
+    demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
     try:
         return shapely.transform(
             shape, lambda xy: reproject(xy, *systems, demand)[0][:, :2]
         )
     except ProjectionError as error:
         east, north = shape.centroid.x, shape.centroid.y
+        beyond, *place = beyond_use(east, north, source)
+        if max(beyond, degrees_beyond_use(*place, target)) < FAR_BEYOND:
+            # both are used there, and no way between them is good enough
+            own = f"Name a plane system with the datum of {label_of(source)}: --crs"
+            ways = [error.remedy, own] if error.remedy else [own]
+            raise error.with_facts(remedy=". Or: ".join(ways)) from error
         raise ProjectionError(
             f"the area, at {east:.7g}, {north:.7g} in {label_of(source)}, cannot be "
             f"brought into {label_of(target)}",

@@ -33,8 +33,10 @@ def write_flight_plan_kml(plan, path):
     import shapely  # noqa: PLC0415 - loaded when a file is written
 
     flown, area = plan.flown, plan.area
-    to_degrees = partial(_degrees, crs=area.crs)
-    _, operation, _ = _in_wgs_84(shapely.get_coordinates(area.shape), area.crs)
+    # all by one operation: near the border of its use each may have another one
+    places = np.concatenate([shapely.get_coordinates(area.shape), *_places(flown)])
+    operation = _way_to_wgs_84(places, area.crs)
+    to_degrees = partial(_degrees, operation=operation)
     root = ET.Element("kml", xmlns=NAMESPACE)
     document = ET.SubElement(root, "Document")
     ET.SubElement(document, "name").text = "Flight plan"
@@ -70,16 +72,26 @@ def write_flight_plan_kml(plan, path):
     write_bytes(path, xml_bytes(root))
 
 
-def _degrees(xyz, crs):
+def _places(flown):
+    """Where lines, photographs and control lie, arrays (n, 2) [m]."""
+    lines, plan = flown.flight_lines, ["easting", "northing"]
+    for end in ("start", "end"):
+        yield lines[[f"{end}_{axis}" for axis in plan]].to_numpy(float)
+    for table in (flown.photographs, flown.control):
+        yield table[plan].to_numpy(float)
+
+
+def _degrees(xyz, operation):
     """Longitude and latitude of places, with heights if they have them."""
-    return np.column_stack([_in_wgs_84(xyz[:, :2], crs)[0][:, :2], xyz[:, 2:]])
+    return np.column_stack([operation.apply(xyz[:, :2])[:, :2], xyz[:, 2:]])
 
 
-def _in_wgs_84(xy, crs):
+def _way_to_wgs_84(xy, crs):
     flat, target = read_crs(crs).to_2d(), read_source_crs(WGS_84)
     reason = mark("since KML is for a look at the plan")
     demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
-    return reproject(xy, flat, target, demand)
+    _, operation, _ = reproject(xy, flat, target, demand)
+    return operation
 
 
 def _folder(document, name):
