@@ -138,11 +138,13 @@ class Memory:
 
     def render(self, result):
         """The report of what was judged: that of the remembered result."""
+        from einschalt.foundations.language import language
         from einschalt.interfaces.reports.html_report import render
 
         names = [field.name for field in fields(result.solution)]
         tables = [getattr(result.solution, n) for n in names if n != "block"]
-        key = tuple(id(part) for part in (result.assessment, *tables))
+        parts = (result.assessment, *tables)
+        key = (language(), *(id(part) for part in parts))
         # kept beside its report, so that nothing else can get these numbers
         if key not in self.reports:
             self.reports[key] = result, render(result)

@@ -1,7 +1,8 @@
 """Every command in German, on sound and on broken input: no English reaches the user.
 
 Each call is made in both languages. A word that both outputs have, and no German
-message of the catalogue, was not translated.
+message of the catalogue, was not translated. What computes knows English alone, and
+what it says is told in the language of the user: both tell of one computation.
 """
 
 import json
@@ -19,6 +20,9 @@ from tests.interfaces.test_bad_input import FAULTS
 
 from einschalt.foundations.kept_texts import words_of
 from einschalt.foundations.language import catalogue
+from einschalt.interfaces import python_api
+
+pytestmark = pytest.mark.usefixtures("computed_once")
 
 # what users and other programs have named: files, columns, keys, options, systems
 DATA = re.compile(
@@ -141,7 +145,7 @@ def in_both_languages(prepared, tmp_path, invoke, monkeypatch):
 
     numbers = count()
 
-    def call(words, spoil=None):
+    def call(words, spoil=None, english_engine=None):
         printed = []
         for language in ("en", "de"):
             desk = tmp_path / str(next(numbers)) / "desk"
@@ -149,7 +153,12 @@ def in_both_languages(prepared, tmp_path, invoke, monkeypatch):
             monkeypatch.chdir(desk)
             if spoil is not None:
                 spoil(desk)
-            shown = invoke(*words.split(), "--language", language)
+            with monkeypatch.context() as patch:
+                if language == "en" and english_engine is not None:
+                    patch.setattr(
+                        python_api, "chosen_engine", lambda *_, **__: english_engine
+                    )
+                shown = invoke(*words.split(), "--language", language)
             assert shown.exception is None or shown.exit_code < 4, shown.exception
             printed.append(shown.output)
         return printed
@@ -362,8 +371,9 @@ WRONG = (
 
 
 @pytest.mark.parametrize("words", SOUND)
-def test_what_is_done_is_told_in_german_alone(words, in_both_languages):
-    assert_german(in_both_languages(words))
+def test_what_is_done_is_told_in_german_alone(words, in_both_languages, engine_here):
+    # what is told of the answers of workers: of their processes in German
+    assert_german(in_both_languages(words, english_engine=engine_here))
 
 
 @pytest.mark.parametrize("words", WRONG)
@@ -388,12 +398,21 @@ def test_batches_that_go_on_are_told_in_german_alone(in_both_languages, invoke):
         assert_german(in_both_languages(f"batch the_blocks {OUT} {mode}", computed))
 
 
+@pytest.fixture(scope="module")
+def a_plan(tmp_path_factory, invoke):
+    """A plan with its expected precision, as a folder."""
+    folder = tmp_path_factory.mktemp("planned") / "a_plan"
+    size = ("--width", 4000, "--height", 4000, "--output", folder)
+    said = invoke("plan", "--expect", "--scale", 8000, "--spacing", 300, *size)
+    assert said.exit_code == 0, said.output
+    return folder
+
+
 @pytest.mark.parametrize("more", ["", "--repeat 2 --workers 1", "--row 0"])
 @pytest.mark.usefixtures("in_this_process")
-def test_plans_that_are_tried_are_told_in_german_alone(more, in_both_languages, invoke):
+def test_plans_that_are_tried_are_told_in_german_alone(more, in_both_languages, a_plan):
     def planned(desk):
-        size = ("--width", 4000, "--height", 4000, "--output", desk / "a_plan")
-        invoke("plan", "--expect", "--scale", 8000, "--spacing", 300, *size)
+        shutil.copytree(a_plan, desk / "a_plan")
 
     words = f"simulate --plan a_plan --title 1 {OUT} {more}"
     assert_german(in_both_languages(words, planned))
