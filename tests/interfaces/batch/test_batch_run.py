@@ -105,6 +105,7 @@ def test_figures_are_those_of_the_block_alone(mixed):
     assert (row["n_suspects"], row["n_failed_models"]) == (0, 0)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_batch_computes_no_method_that_nobody_asked_for(tmp_path, good_result):
     es.simulate_block("demo", seed=1).write(tmp_path / "blocks" / "demo")
     es.densify_many(tmp_path / "blocks", tmp_path / "out", workers=1)

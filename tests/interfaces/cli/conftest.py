@@ -39,6 +39,22 @@ def spawn():
     return call
 
 
+@pytest.fixture(scope="module")
+def undrawn():
+    """Figures beside plans are made and not drawn: what they show is seen elsewhere.
+
+    To draw them takes most of the time of a command that writes a plan.
+    """
+    from einschalt.interfaces.reports import figure_files
+
+    def no_picture(_figure, kinds=tuple(figure_files.FIGURE_FORMATS)):
+        return dict.fromkeys(kinds, b"not drawn")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figure_files, "figure_bytes", no_picture)
+        yield
+
+
 @pytest.fixture(scope="session")
 def processor_seconds():
     """Least processor time of ``python ...``, each way in turn three times [s].

@@ -99,6 +99,7 @@ def test_wrong_calls_end_with_2(invoke, blocks, tmp_path, options, said):
     assert not (tmp_path / "out" / "blocks.csv").exists()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_quiet_tells_of_blocks_that_failed_and_of_nothing_else(first, invoke, blocks):
     output, _ = first
     shown = invoke("batch", blocks, "-o", output, "--quiet", "--workers", 1)
@@ -144,6 +145,7 @@ def test_no_blocks(invoke, tmp_path):
     assert "the folder holds no block" in shown.stderr
 
 
+@pytest.mark.usefixtures("in_this_process")  # what goes on; what ends is a process
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interruption_ends_with_130_and_is_continued(blocks, tmp_path, invoke):
     call = [sys.executable, "-m", "einschalt", "batch", blocks, "-o", tmp_path]

@@ -9,9 +9,9 @@ def test_a_sound_block_has_nothing_wrong(invoke, block_folder):
     assert shown.stdout.split("\n")[-2] == f"{block_folder}: nothing wrong"
 
 
-def test_everything_wrong_is_said_at_once_and_can_be_searched(spawn, spoilt_folder):
-    done = spawn("check", spoilt_folder)
-    assert done.returncode == 2
+def test_everything_wrong_is_said_at_once_and_can_be_searched(invoke, spoilt_folder):
+    done = invoke("check", spoilt_folder)
+    assert done.exit_code == 2
     assert done.stderr == ""
     lines = done.stdout.strip().split("\n")
     number = [line for line in lines if "low_flight.csv, row 5" in line]

@@ -22,7 +22,7 @@ from einschalt.foundations.kept_texts import words_of
 from einschalt.foundations.language import catalogue
 from einschalt.interfaces import python_api
 
-pytestmark = pytest.mark.usefixtures("computed_once")
+pytestmark = pytest.mark.usefixtures("computed_once", "undrawn")
 
 # what users and other programs have named: files, columns, keys, options, systems
 DATA = re.compile(

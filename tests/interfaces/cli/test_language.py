@@ -147,6 +147,7 @@ def test_mistaken_calls_are_told_in_german(invoke):
         assert "Error" not in shown.output
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_simulations_and_exports_are_told_in_german(invoke, tmp_path):
     repeated = ("simulate", "--preset", "demo", "--repeat", "2", "--output", tmp_path)
     shown = invoke("--language", "de", *repeated).stdout

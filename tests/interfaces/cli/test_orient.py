@@ -404,12 +404,12 @@ def test_nothing_to_orient_has_status_2_and_still_says_why(
     assert not (out / "residual_parallaxes.svg").exists()
 
 
-def test_no_name_of_a_model_steers_the_terminal(spawn, parallaxes, tmp_path):
+def test_no_name_of_a_model_steers_the_terminal(invoke, parallaxes, tmp_path):
     table = pd.read_csv(parallaxes, dtype=str)
     steering = {"9/10": "\u202e9/10", "7/8": "\x1b[2J7/8"}
     write(table.replace({"model_id": steering}), parallaxes)
-    done = spawn("orient", parallaxes, "--base", BASE, "--output", tmp_path / "out")
-    assert done.returncode == 0
+    done = invoke("orient", parallaxes, "--base", BASE, "--output", tmp_path / "out")
+    assert done.exit_code == 0
     assert "model \\u202e9/10: 4 points, but five are needed" in done.stdout
     assert not any(sign in done.stdout for sign in "\u202e\x1b")
 

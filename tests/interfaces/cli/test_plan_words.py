@@ -22,6 +22,8 @@ from einschalt.foundations.plan_figure_meanings import (
     names_of_figures,
 )
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 EAST, NORTH = 500_000, 5_300_000
 SQUARE = [
     [EAST + x, NORTH + y]
@@ -243,6 +245,7 @@ def test_pointings_have_one_name(invoke):
         assert not re.search(r"\bsettings?\b", said)
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("repeat", [(), ("--repeat", 2)])
 def test_every_name_of_a_simulation_is_explained(repeat, invoke, tmp_path):
     preset = ("--width", 6000, "--height", 6000, "--seed", 3, *repeat)

@@ -100,6 +100,7 @@ def test_repetitions_set_truth_against_claim(invoke, tmp_path):
     assert [line.split(",")[0] for line in text.splitlines()] == ["seed", "3", "4"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_programs_are_told_what_repetitions_come_to(invoke, tmp_path):
     options = ["--preset", "demo", "--repeat", "2", "--workers", "1", "--seed", "3"]
     told = invoke("simulate", "--output", tmp_path / "out", *options, "--json")

@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 UTM = "EPSG:32633"
 CENTRE = np.array([500_000.0, 5_300_000.0])
 RING = [(0, 0), (7200, 900), (8000, 4200), (3800, 6600), (600, 5000), (0, 0)]
@@ -152,6 +154,7 @@ def test_seeds_change_errors_and_nothing_else(invoke, planned, tried, tmp_path):
         assert ((tmp_path / "other" / file).read_bytes() != own) is is_of_errors
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_repetitions_have_the_planned_figure_first(invoke, planned, tmp_path):
     call = ("simulate", "--plan", planned[1], "--output", tmp_path / "many")
     shown = invoke(*call, "--repeat", 2, "--workers", 1)

@@ -210,6 +210,7 @@ def test_overlaps_that_no_layout_has_are_refused_before_the_search(invoke):
     assert not refused.stdout
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_folder_may_have_a_number_behind_a_dot(invoke, tmp_path):
     call = ["plan", "--scale-number", "8000", "--spacing", "300"]
     assert invoke(*call, "--output", tmp_path / "plan_v1.2").exit_code == 0
