@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from einschalt.pipeline.densify import densify
@@ -17,6 +18,15 @@ from einschalt.pipeline.simulation.simulate_block import (
 def simultaneous_result(demo_block):
     """The block without faults in one adjustment."""
     return densify(demo_block, Settings(method="simultaneous"))
+
+
+@pytest.fixture(scope="session")
+def shifted_names_result(demo_block):
+    """The block in one adjustment, its control under names that moved by one row."""
+    control = demo_block.control_points
+    names = np.roll(control["point_id"].to_numpy(), 1)
+    block = replace(demo_block, control_points=control.assign(point_id=names))
+    return densify(block, Settings(method="simultaneous", tolerance=0.10))
 
 
 @pytest.fixture(scope="session")

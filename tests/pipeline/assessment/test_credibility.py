@@ -108,8 +108,8 @@ def test_nothing_is_believed_where_nothing_is_known(good_result):
     assert not figure.is_lower_bound
 
 
-def test_one_adjustment_has_its_own_figure(demo_block):
-    result = densify(demo_block, Settings(method="simultaneous"))
+def test_one_adjustment_has_its_own_figure(simultaneous_result):
+    result = simultaneous_result
     figure = result.examination.credible
     assert figure.reason is Reason.ADJUSTED
     assert figure.value == result.figures.mean_total
@@ -156,12 +156,8 @@ def test_a_clean_adjustment_is_believed_as_it_is(adjusted):
     assert result.examination.checked.is_supported
 
 
-def test_names_shifted_by_one_row_are_no_centimetres(adjusted):
-    def shift(control):
-        names = control["point_id"].to_numpy()
-        return control.assign(point_id=np.roll(names, 1))
-
-    result = adjusted(shift, tolerance=0.10)
+def test_names_shifted_by_one_row_are_no_centimetres(shifted_names_result):
+    result = shifted_names_result
     credible = result.assessment.credible
     assert credible.is_lower_bound
     truth = result.block.truth.set_index("point_id").loc[result.points["point_id"]]

@@ -5,6 +5,7 @@ models are not fitted onto them: only their values in other models tell.
 """
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -43,10 +44,18 @@ def true_error(result):
     return float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
 
 
+@cache
 def solved(block, method, outliers):
+    """The result of a block, which is the same for all that ask for it."""
     return densify(
         block, block.settings.updated({"method": method, "outliers": outliers})
     )
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten():
+    yield
+    solved.cache_clear()
 
 
 @pytest.fixture(scope="module")

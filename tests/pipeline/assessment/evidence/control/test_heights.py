@@ -1,6 +1,7 @@
 """Heights have the tests that plan has: one blunder each in a clean simulated block."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,11 +37,19 @@ def half_of_the_heights_up(control):
     return control["height"] + 0.5 * east
 
 
+@cache
 def densified(block, method, change=None):
+    """The result of a block, which is the same for all that ask for it."""
     if change is not None:
         control = block.control_points
         block = replace(block, control_points=control.assign(height=change(control)))
     return densify(block, block.settings.updated({"method": method}))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten():
+    yield
+    densified.cache_clear()
 
 
 def true_height_error(result):
