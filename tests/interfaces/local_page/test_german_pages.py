@@ -19,8 +19,16 @@ PAGES = (
 )
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory, good_result):
+    """A folder with a result, to be copied."""
+    folder = tmp_path_factory.mktemp("written") / "result"
+    write_result(good_result, folder)
+    return folder
+
+
 @pytest.fixture
-def german(visit, root, make_block, good_result):
+def german(visit, root, make_block, written):
     """A visitor whose pages are German, with blocks, tables and results."""
     for name in ("nine", "spoilt", "tables"):
         block = make_block(root / name)
@@ -29,8 +37,8 @@ def german(visit, root, make_block, good_result):
     text = spoilt.read_text("utf-8").replace("1,11/12,0013,", "1,11/12,0013,x", 1)
     spoilt.write_text(text, encoding="utf-8")
     (root / "deep" / "deeper").mkdir(parents=True)
-    write_result(good_result, root / "first")
-    shutil.copytree(root / "first", root / "second")
+    for name in ("first", "second"):
+        shutil.copytree(written, root / name)
     with written_in("de"):
         yield visit(root)
 
