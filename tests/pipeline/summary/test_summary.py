@@ -145,6 +145,7 @@ def test_every_cause_has_words(faulty_result):
             "exchanged_names",
             "other_targets",
             "kept_gross_measurements",
+            "displaced_region",
             "models_in_another_unit",
             "exchanged_image_names",
             "measurements_given_twice",

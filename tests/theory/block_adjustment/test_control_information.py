@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
+    control_checks,
     control_information,
 )
 
@@ -85,6 +87,24 @@ def test_scores_and_information_are_those_of_the_dense_system(kinds):
     value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
     control = ControlValues(CONTROL, value, rng.uniform(0.5, 2.0, 5) * 800.0)
     check(flights, control)
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_the_same_without_writing_the_information_out(kind):
+    flights = [flight(1, 4, kind), flight(2, 7, kind)]
+    rng = np.random.default_rng(3)
+    value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
+    control = ControlValues(CONTROL, value, rng.uniform(0.5, 2.0, 5) * 800.0)
+    scores, information = control_information(flights, control)
+    checks = control_checks(flights, control)
+    scale = np.abs(information).max()
+    np.testing.assert_allclose(checks.scores, scores, atol=1e-9 * np.abs(scores).max())
+    for columns in (np.eye(5), sparse.eye_array(5, format="csc")):
+        np.testing.assert_allclose(
+            checks.times(columns).real, information, atol=1e-9 * scale
+        )
+    turned = checks.times(1j * np.eye(5))
+    np.testing.assert_allclose(turned.imag, information, atol=1e-9 * scale)
 
 
 def test_models_that_are_bent_tell_less_of_control():

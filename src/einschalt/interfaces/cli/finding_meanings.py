@@ -22,6 +22,10 @@ MEANINGS = mark_each(
         "other_targets": (
             "Points for which the two flights have measured different targets."
         ),
+        "displaced_region": (
+            "A region whose given approximate points are displaced together, all by "
+            "the same vector, against all others."
+        ),
         "measurements_given_twice": (
             "Models or photographs that are copies of others."
         ),
@@ -224,6 +228,10 @@ CAUSES = mark_each(
         ),
         "other_targets": (
             "In all photographs of one flight another object was taken for the point."
+        ),
+        "displaced_region": (
+            "The coordinates of these points come from another network, strip, "
+            "photograph or system than the others."
         ),
         "measurements_given_twice": (
             "A table was read twice, or a coverage was copied instead of measured."

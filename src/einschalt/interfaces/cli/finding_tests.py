@@ -26,6 +26,11 @@ TESTS = mark_each(
             "Whether all models of the low flight, each fitted without the point, "
             "agree that it lies elsewhere than in the high flight."
         ),
+        "displaced_region": (
+            "The shift of round regions of all sizes in an adjustment of all models "
+            "onto the approximate points, against chance in all of them together; "
+            "without it no smooth pattern may be left."
+        ),
         "measurements_given_twice": (
             "Whether points of two models or photographs have identical coordinates "
             "to the last digit."
@@ -237,6 +242,7 @@ REMEDIES_OF = {
     "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),
+    "displaced_region": ("correct_region_or_give_group", "compare_both_parts"),
     "measurements_given_twice": ("take_copies_out",),
     "models_in_another_unit": ("convert_these_models",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),

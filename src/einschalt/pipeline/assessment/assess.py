@@ -79,6 +79,7 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     findings_of,
 )
 from einschalt.pipeline.assessment.kept_gross_errors import (
+    with_displaced_region,
     with_kept_gross_errors,
     with_other_targets,
     with_wrong_control,
@@ -184,6 +185,7 @@ def _of_other_method(examined, *, is_asked_for):
 
 def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
+    findings = with_displaced_region(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)
     findings = with_other_targets(examined, judges, findings)

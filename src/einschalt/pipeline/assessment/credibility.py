@@ -5,7 +5,7 @@ so nothing in the measurements can enlarge it; that of the budget and the intern
 see less, but they see the measurements.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -52,6 +52,8 @@ class Reason(StrEnum):
     ADJUSTED_ENLARGED = "adjusted_enlarged"  # its residuals show larger errors
     ADJUSTED_CONTRADICTED = "adjusted_contradicted"  # known points or residuals do
     UNKNOWN = "unknown"
+    # a region of given points is displaced, and what that does is added to the rest
+    DISPLACED = "displaced"
 
 
 # figures that are at least as large
@@ -71,6 +73,8 @@ class CredibleFigure:
     factor: float
     reason: Reason
     doubt: Doubt = Doubt.NONE  # of the whole frame, which no figure can hold
+    # that of the points that no displaced region has moved; NaN where none is known
+    elsewhere: float = np.nan
 
 
 def figure_of_two_steps(examined) -> CredibleFigure:
@@ -79,6 +83,8 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
+    if examined.displaced_region is not None:
+        return _beside_region(examined)
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
     total, paper = figures.mean_within, figures.mean_paper
@@ -113,6 +119,25 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         factor=_of_single_points(examined, value if is_enlarged else np.nan),
         reason=reason,
         doubt=doubt,
+    )
+
+
+def _beside_region(examined):
+    """The figure without a displaced region, and how far that moves the new points.
+
+    A lower bound, since the others may be off instead.
+    """
+    rest = examined.corrected.credible
+    is_new = (examined.points["role"] == "new").to_numpy()
+    moved = (
+        np.sqrt(np.mean(examined.moved_by_region[is_new] ** 2)) if any(is_new) else 0
+    )
+    return replace(
+        rest,
+        value=float(np.hypot(rest.value, moved)),
+        is_lower_bound=True,
+        reason=Reason.DISPLACED,
+        elsewhere=rest.value,
     )
 
 
@@ -216,6 +241,8 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
+    if examined.displaced_region is not None:
+        return _beside_region(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)
     is_large = is_large_s_0(examined.adjustment)

@@ -56,6 +56,9 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 )
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
+    BesideDisplacedRegion,
+)
 from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
@@ -104,6 +107,7 @@ from einschalt.stages.error_propagation.error_model import (
 from einschalt.stages.error_propagation.given_points import (
     CONTROL_POINTS,
     GROUPS,
+    PLAN,
     control_shares_errors,
 )
 from einschalt.stages.stage4_error_propagation import propagate_model
@@ -115,7 +119,6 @@ RELIABILITY_COLUMNS = [
 ]
 
 
-PLAN = ["easting", "northing"]
 # of a solution, and of one in two steps
 SOLVED = (*(f.name for f in fields(Solution)), "approximations", "coverages")
 SOLVED_IN_TWO_STEPS = (
@@ -137,7 +140,7 @@ def forwarding(part, *names):
 
 @forwarding("solution", *SOLVED)
 @dataclass(frozen=True, eq=False, repr=False)
-class Examination(PrecisionTables):
+class Examination(PrecisionTables, BesideDisplacedRegion):
     """What can be asked of a solution, whichever way it was computed."""
 
     solution: TwoStepSolution | SimultaneousSolution

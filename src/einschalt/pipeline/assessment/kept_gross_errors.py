@@ -45,6 +45,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
 OTHER_TARGETS = "other_targets"
+REGION = "displaced_region"
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
@@ -145,6 +146,20 @@ def with_other_targets(examined, judges, findings):
         return findings
     explained = tuple(code for code in may_follow if code not in remaining)
     return with_consequences(causes[0], findings, explained)
+
+
+def with_displaced_region(examined, judges, findings):
+    """Put what is gone once a region is put right under that region."""
+    cause = next((found for found in findings if found.code == REGION), None)
+    if cause is None:
+        return findings
+    remaining = {found.code for found in findings_of(examined.corrected, judges)}
+    explained = tuple(
+        found.code
+        for found in findings
+        if _may_follow(found) and found.code not in {REGION, *remaining}
+    )
+    return with_consequences(cause, findings, explained)
 
 
 def _without_points(examined, targets):

@@ -4,11 +4,12 @@ Source: Austrian surveying ordinances (VermV) of 1994 § 7, 2010 § 6 and 2016 �
 docs/tolerances.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from einschalt.foundations.language import mark
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
@@ -57,6 +58,8 @@ def tolerance_of(settings):
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
     """The propagated figure, or the larger one of the budget, as it was tested."""
+    if examined.displaced_region is not None:
+        return _checked_beside_region(examined)
     figure = examined.credible
     return CheckedFigure(
         figure.column,
@@ -71,6 +74,8 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
     It falls where known points or residuals contradict it.
     """
+    if examined.displaced_region is not None:
+        return _checked_beside_region(examined)
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
         column=TOTAL if TOTAL in examined.points else "",
@@ -78,6 +83,13 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
         is_supported=not examined.credible.is_lower_bound,
         is_tested=redundancy > 0 or n_check > 0,
     )
+
+
+def _checked_beside_region(examined):
+    """That of the points which a displaced region does not move, if these are told."""
+    figure, region = examined.corrected.checked, examined.displaced_region
+    is_told = not region.may_be_the_others
+    return replace(figure, is_supported=figure.is_supported and is_told)
 
 
 def _is_block_suspect(examined):
@@ -93,10 +105,10 @@ def judged_points(examined):
     With ``standard_error_checked`` (the figure to believe, TOTAL [m], enlarged where
     measurements exceed it; a lower bound where the claim does not stand), and
     ``standard_error_height_checked`` where heights have standard errors;
-    ``is_suspect`` holds the points of ``suspects`` as well, and all points where the
-    figure is a lower bound more than ``GROSS`` times what was claimed; with a tolerance
-    in the settings ``is_within_tolerance``. Nothing passes where the claim does not
-    stand, and no suspect passes.
+    ``is_suspect`` holds the points of ``suspects`` and of a displaced region as well,
+    and all points where the figure is a lower bound more than ``GROSS`` times what was
+    claimed; with a tolerance in the settings ``is_within_tolerance``. Nothing passes
+    where the claim does not stand, and no suspect passes.
     """
     points = examined.points
     if points.empty:
@@ -105,9 +117,11 @@ def judged_points(examined):
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
-    checked = used.factor * figure
+    checked = np.hypot(used.factor * figure, examined.moved_by_region)
     is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
     is_suspect |= _is_block_suspect(examined)
+    if examined.displaced_region is not None:
+        is_suspect |= is_among(points["point_id"], examined.displaced_region.point_ids)
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:
         factor = examined.credible_heights.factor

@@ -41,6 +41,7 @@ CAUSES = mark_each(
         "exchanged_image_names": "correct the exchanged names first",
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
+        "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "models_in_another_unit": "convert the models in another unit first",
         "measurements_given_twice": "remove the measurements given twice first",
@@ -50,6 +51,7 @@ CAUSES = mark_each(
         ),
     }
 )
+ELSEWHERE = mark("{figure} outside the displaced region")
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
 # what stands behind the number of points
@@ -85,6 +87,7 @@ def verdict_on(assessment) -> str:
     precision, credible = assessment.precision, assessment.credible
     parts = [
         _new_points(precision, credible, assessment.known_points.differences),
+        _elsewhere(credible),
         _spread(assessment),
         _better(assessment.better),
         _heights(assessment.credible_heights),
@@ -110,6 +113,13 @@ def _new_points(precision, credible, known):
 
 def _n_known(known):
     return sum(n for quantity, n, _ in known if quantity != LEFT_OUT)
+
+
+def _elsewhere(credible):
+    """The figure of the points that no displaced region has moved, if there is one."""
+    if not math.isfinite(credible.elsewhere):
+        return ""
+    return translated(ELSEWHERE, figure=length(credible.elsewhere))
 
 
 def _spread(assessment):

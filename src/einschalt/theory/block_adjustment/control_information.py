@@ -11,11 +11,12 @@ docs/theory/systematic_patterns.md.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.sparse_cholesky.multifrontal import factorize
+from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.point_elimination import (
     PointSystem,
@@ -58,6 +59,41 @@ class ControlValues:
     weight: np.ndarray  # (n,), 1 / σ² of one coordinate [1/m²]
 
 
+@dataclass(frozen=True, eq=False)
+class ControlChecks:
+    """What the adjustment of everything knows of control, not written out."""
+
+    is_held: np.ndarray  # (n_control,): whether any model holds it
+    own: np.ndarray  # (n_control,): what of the information is on its diagonal only
+    # complex (n_control,): given less the mean of its values [m], and what models ask
+    # of each [1/m]
+    closed: np.ndarray
+    asked: np.ndarray
+    pull: sparse.csc_array  # of control on the models, (n_unknowns, n_control)
+    factor: Factor
+    noise: float  # information that the ridge may make of a shift of everything [1/m²]
+
+    @cached_property
+    def scores(self):
+        """Weight times correction of each control point, complex (n_control,) [1/m]."""
+        return self._scores(self.times(self.closed[:, None])[:, 0])
+
+    def scores_by(self, information):
+        """The same, of the information written out."""
+        return self._scores(information @ self.closed)
+
+    def _scores(self, of_closed):
+        return np.where(self.is_held, of_closed + self.asked, 0.0)
+
+    def times(self, columns):
+        """Information times columns, (n_control, n_columns), dense or sparse."""
+        if np.iscomplexobj(columns) and not np.iscomplexobj(self.pull):
+            return self.times(columns.real) + 1j * self.times(columns.imag)
+        through = _answers(self.factor, self.pull, self.pull @ columns)
+        columns = columns.toarray() if sparse.issparse(columns) else columns
+        return self.own[:, None] * columns - through
+
+
 def control_information(flights, control):
     """Scores of control points, and the information that checks them.
 
@@ -77,6 +113,15 @@ def control_information(flights, control):
         W = P - P Q P [1/m²], Q being the cofactors of the adjusted control points. The
         real part where transformations are complex.
     """
+    checks = control_checks(flights, control)
+    pull = checks.pull
+    information = np.diag(checks.own) - _answers(checks.factor, pull, pull)
+    scores = checks.scores_by(information)
+    return _checked(scores, np.real(information), checks.noise)
+
+
+def control_checks(flights, control) -> ControlChecks:
+    """What :func:`control_information` gives, of control too much to write it out."""
     values = _joined(flights)
     n_points = 1 + int(max(values.point.max(), control.point.max()))
     ordering = _ordering_of(values, n_points)
@@ -99,14 +144,13 @@ def control_information(flights, control):
     part = np.ones(len(place))
     part[is_held] = (system.inverse * given)[place[is_held], 0, 0]
     pull = _pull(system, place, part)
-    information = np.diag(control.weight * (1.0 - part)) - _answers(factor, pull)
     closed = np.zeros(len(place), dtype=complex)
     closed[is_held] = control.value[is_held] - centre[place[is_held]]
     moved = _solution(factor, system, value - centre[incidence.point])
-    scores = information @ closed + pull.conj().T @ moved
     ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
-    scores = np.where(is_held, scores, 0.0)
-    return _checked(scores, np.real(information), MOST_OF_RIDGE * ridge)
+    own, asked = control.weight * (1.0 - part), pull.conj().T @ moved
+    noise = MOST_OF_RIDGE * ridge
+    return ControlChecks(is_held, own, closed, asked, pull, factor, noise)
 
 
 def _checked(scores, information, least):
@@ -197,16 +241,15 @@ def _pull(system, place, part):
     )
 
 
-def _answers(factor, pull):
-    """Pull Nᴴ⁻¹ pull, a few control points at a time."""
+def _answers(factor, pull, asked):
+    """Pullᴴ N⁻¹ of what is asked of the models, a few columns at a time."""
     shape = (*factor.is_held.shape, -1)
-    answers = [
-        pull.conj().T @ factor.solve(some.toarray().reshape(shape)).reshape(some.shape)
-        for some in (
-            pull[:, first : first + AT_ONCE]
-            for first in range(0, pull.shape[1], AT_ONCE)
-        )
-    ]
+    answers = []
+    for first in range(0, asked.shape[1], AT_ONCE):
+        some = asked[:, first : first + AT_ONCE]
+        some = some.toarray() if sparse.issparse(some) else some
+        solved = factor.solve(some.reshape(shape)).reshape(some.shape)
+        answers.append(pull.conj().T @ solved)
     return np.hstack(answers)
 
 

@@ -262,7 +262,7 @@ def _strain(examined, transformations, errors, affine):
         codes = names.codes[first : first + len(table)]
         first += len(table)
         is_out = gross_rows(examined, name, transformation)
-        values = _Values.of(transformation, table, codes, errors[name], is_out)
+        values = FlightValues.of(transformation, table, codes, errors[name], is_out)
         displaced = values.displaced(bent, number)
         flights.append(values.about(origin, displaced, is_affine=name in affine))
     xy = values_of(control, ["easting", "northing"])[is_used] - origin
@@ -310,7 +310,7 @@ def _shared(control, errors, is_used):
 
 
 @dataclass(frozen=True, eq=False)
-class _Values:
+class FlightValues:
     """Values of a flight for the adjustment of everything, without gross errors."""
 
     xy: np.ndarray
@@ -321,6 +321,11 @@ class _Values:
 
     @classmethod
     def of(cls, transformation, model_points, point, errors, is_out):
+        """Take those of usable models that are not ``is_out``.
+
+        ``point`` has a number for the point of each row, ``errors`` are those of one
+        coordinate [m].
+        """
         values = transformation.own_values
         ground = values_of(values, ["easting", "northing"])
         rows = np.isfinite(ground).all(axis=1) & ~is_out
@@ -335,6 +340,7 @@ class _Values:
         return bent.displacements(number, self.xy, self.model)[0]
 
     def about(self, origin, displaced, *, is_affine):
+        """Values about an origin, for the adjustment of everything."""
         value = (self.ground - origin) @ np.array([1.0, 1j])
         design = _design(self.xy, self.model, is_affine=is_affine)
         return ModelValues(

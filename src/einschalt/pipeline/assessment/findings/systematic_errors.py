@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
-from einschalt.pipeline.assessment.findings.kinds import finding
+from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
 MIN_REPORTED_RATIO = 0.1
@@ -140,8 +140,51 @@ def contradicting_control_of_adjustment(adjusted):
     return contradicting_control(adjusted)
 
 
-TWO_STEP = (film_affinity, strained_network, broken_network, contradicting_control)
+def displaced_region(examined):
+    """A region whose given coordinates are off together, all by the same vector."""
+    region = examined.displaced_region
+    if region is None:
+        return None
+    (easting, northing), middle = region.shift, region.middle
+    is_new = (examined.points["role"] == "new").to_numpy()
+    moved = examined.moved_by_region[is_new]
+    return finding(
+        "displaced_region",
+        names=region.point_ids,
+        statistic="shift of a region of given points",
+        observed=region.size,
+        expected=0.0,
+        probability=region.p_value,
+        remedy="compare_both_parts"
+        if region.may_be_the_others
+        else "correct_region_or_give_group",
+        facts={
+            "n_points": len(region.point_ids),
+            "n_given": region.n_given,
+            "easting": easting,
+            "northing": northing,
+            "size": region.size,
+            "standard_error": region.standard_error,
+            "middle_easting": middle[0],
+            "middle_northing": middle[1],
+            "extent": region.extent,
+            "n_control": len(region.control_ids),
+            "control": region.control_ids[:MOST_NAMED],
+            "control_is_alike": region.control_is_alike,
+            "moved": float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
+        },
+    )
+
+
+TWO_STEP = (
+    displaced_region,
+    film_affinity,
+    strained_network,
+    broken_network,
+    contradicting_control,
+)
 SIMULTANEOUS = (
+    displaced_region,
     film_affinity,
     strained_network_of_adjustment,
     broken_network,

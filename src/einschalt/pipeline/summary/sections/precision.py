@@ -114,11 +114,16 @@ BELIEVE_ASSUMED = mark(
     "Use the figure of the first line: errors of all sources, those of the approximate "
     "points taken for independent. Errors that these share are not in it."
 )
+BELIEVE_DISPLACED = mark(
+    "Use the figure of the first line for all points together: it includes what the "
+    "displaced region does to them; standard_error_checked has it point by point."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
     Reason.STATED: BELIEVE_STATED,
     Reason.ASSUMED: BELIEVE_ASSUMED,
+    Reason.DISPLACED: BELIEVE_DISPLACED,
 }
 SIMULTANEOUS = mark(
     "simultaneous: all models of all flights and the control in one adjustment; stated "

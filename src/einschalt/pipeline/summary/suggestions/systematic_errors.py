@@ -4,13 +4,23 @@ from math import isfinite
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import mark, mark_each, translated
-from einschalt.foundations.typesetting import length
+from einschalt.foundations.typesetting import fixed, length
 from einschalt.pipeline.summary.suggestion import Suggestion, filled
+from einschalt.pipeline.summary.suggestions.causes import explained
 from einschalt.pipeline.summary.wording import flight_name, ppm
 
 MOST_SHOWN = 3
 REMEDIES = mark_each(
     {
+        "correct_region_or_give_group": (
+            "Check where their coordinates come from (part of a network, strip, "
+            "photograph, system), correct them, or give the points a group of their own"
+        ),
+        "compare_both_parts": (
+            "Nothing tells which part is off: compare where the coordinates of both "
+            "come from (network, strip, photograph, system), and correct one of them, "
+            "or give each part a group"
+        ),
         "check_network": (
             "Check the network there, and give control from another network, since "
             "more points of this one share it"
@@ -50,6 +60,19 @@ BROKEN = mark(
     "{n_control:count control point} lie apart from the others, by easting "
     "{easting:length}, northing {northing:length}: {names:names of n_points}. It moves "
     "the new points by {moved:length} (RMS)"
+)
+REGION = mark(
+    "{n_points} of {n_given:count approximate point} are displaced together against "
+    "all others, by easting {easting:length}, northing {northing:length} (standard "
+    "error of each {standard_error:length}): {names:names of n_points}. The region is "
+    "{extent:length} across, about easting {middle_east}, northing {middle_north}. It "
+    "moves the new points by {moved:length} (RMS)"
+)
+CONTROL_ALIKE = mark(
+    "Control in the region is displaced as well: {control:names of n_control}."
+)
+CONTROL_APART = mark(
+    "Control in the region is not displaced: {control:names of n_control}."
 )
 AFFINITY = mark(
     "in the {flight} x is longer than y by {stretch}, with a shear of {shear}; effect "
@@ -98,8 +121,28 @@ def broken_network(finding):
     return filled(BENT if finding.facts["kind"] == "bend" else BROKEN, finding)
 
 
+def displaced_region(finding):
+    """Which points, how far off and where; and whether control is off with them."""
+    facts = finding.facts
+    details = ()
+    if facts["n_control"]:
+        words = CONTROL_ALIKE if facts["control_is_alike"] else CONTROL_APART
+        details = (filled(words, finding),)
+    return Suggestion(
+        filled(
+            REGION,
+            finding,
+            middle_east=fixed(facts["middle_easting"], 0),
+            middle_north=fixed(facts["middle_northing"], 0),
+        ),
+        translated(REMEDIES[finding.remedy]),
+        details=(*details, *explained(facts.get("explains", ()))),
+    )
+
+
 WORDS = mark_each(
     {
+        "displaced_region": displaced_region,
         "film_affinity": film_affinity,
         "broken_network": broken_network,
         "strained_network": strained_network,

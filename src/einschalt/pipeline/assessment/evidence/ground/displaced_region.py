@@ -1,0 +1,236 @@
+"""A region whose given approximate coordinates are displaced, and what follows from it.
+
+Where no high flight makes them, a part of a network, a strip or a photograph may have
+put the approximate coordinates of neighbours off together, and control with them. Each
+model lies where its points are, so that residuals show it at the rim only; all models
+adjusted at once, with the given points as observations, show it as clearly as can be.
+
+The block is computed once more with the region where the others have it: what moves is
+what the region does to the points, and what is left is what the others are worth.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import encode, is_among
+from einschalt.pipeline.assessment.evidence.systematic_errors import FlightValues
+from einschalt.pipeline.assessment.evidence.without_gross_errors import gross_rows
+from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
+from einschalt.pipeline.densification.two_steps import (
+    TwoStepSolution,
+    solve_in_two_steps,
+)
+from einschalt.stages.error_propagation.error_model import (
+    LOW,
+    errors_are_stated,
+    model_of_block,
+)
+from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.adjustment.displaced_regions import find_displaced_region
+from einschalt.theory.block_adjustment.control_information import (
+    ControlValues,
+    control_checks,
+)
+
+# of the error of measurements: given points that are better weigh no more than that
+LEAST_GIVEN_ERROR = 0.1
+# of larger blocks the test takes longer than everything else
+MOST_GIVEN = 20_000
+# of the given points: of two parts as large as this nothing tells which one is off
+LARGEST_SHARE = 1.0 / 3.0
+COMPLEX = np.array([1.0, 1j])
+
+
+@dataclass(frozen=True)
+class GivenRegion:
+    """Points that are given too far in one direction, against all others."""
+
+    point_ids: tuple[str, ...]  # those nearest to its middle first
+    n_given: int  # approximate points in all
+    middle: tuple[float, float]  # easting, northing [m]
+    extent: float  # largest distance across [m], along easting or northing
+    shift: tuple[float, float]  # easting, northing [m]
+    standard_error: float  # of each coordinate of the shift [m]
+    p_value: float  # by chance, of all regions that were tried together
+    control_ids: tuple[str, ...]  # control points in it
+    control_is_alike: bool  # whether these are displaced as well
+
+    @property
+    def size(self):
+        """Length of the shift [m]."""
+        return float(np.hypot(*self.shift))
+
+    @property
+    def may_be_the_others(self):
+        """Whether nothing tells which part is off."""
+        return len(self.point_ids) > LARGEST_SHARE * self.n_given
+
+
+class BesideDisplacedRegion:
+    """What can be asked of an examination about a displaced region."""
+
+    @cached_property
+    def displaced_region(self):
+        """GivenRegion that puts the points off, or None."""
+        two_step = self.two_step
+        if not two_step.is_possible:
+            return None
+        if two_step is self:
+            return find_given_region(self)
+        region = two_step.displaced_region
+        # an adjustment follows control alone
+        is_held = region is not None and region.control_ids and region.control_is_alike
+        return region if is_held else None
+
+    @cached_property
+    def corrected(self):
+        """Examination of the block with the region where the others have it.
+
+        None without a region.
+        """
+        region, solution = self.displaced_region, self.solution
+        if region is None:
+            return None
+        is_in_two_steps = isinstance(solution, TwoStepSolution)
+        solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
+        block = _corrected(solution.block, region)
+        flights = self.two_step.solution.flights
+        again = type(self)(solve(block, solution.settings, flights, _in_silence))
+        # one is looked for
+        vars(again.two_step)["displaced_region"] = None
+        vars(again)["displaced_region"] = None
+        return again
+
+    @cached_property
+    def moved_by_region(self):
+        """How far the region puts each point off, TOTAL (n_points,) [m].
+
+        Where nothing tells which part is off, the points of either.
+        """
+        points, region = self.solution.points, self.displaced_region
+        if region is None:
+            return np.zeros(len(points))
+        there = self.corrected.solution.points.set_index("point_id")[PLAN]
+        there = there.reindex(points["point_id"]).to_numpy(dtype=float)
+        moved = np.nan_to_num(values_of(points, PLAN) - there)
+        by_either = np.hypot(*moved.T), np.hypot(*(moved - region.shift).T)
+        if not region.may_be_the_others:
+            return by_either[0]
+        is_new = (points["role"] == "new").to_numpy()
+        return max(by_either, key=lambda each: float(np.sum(each[is_new] ** 2)))
+
+
+def _in_silence(_stage):
+    """Report nothing: the work is done."""
+
+
+def find_given_region(two_step) -> GivenRegion | None:
+    """Look for a region of given approximate points that is displaced.
+
+    None where chance explains everything; where there is a high flight, groups or a
+    correlation length say what points share, or errors of orientations bend models.
+    """
+    block, known = two_step.block, two_step.block.approximate_points
+    if block.high_flight is not None or known is None or errors_are_stated(block):
+        return None
+    is_oriented = block.low_flight.is_oriented_numerically
+    if is_oriented or len(known) > MOST_GIVEN or two_step.error_model is None:
+        return None
+    places, flight, given = _observations(two_step)
+    if not len(flight.model):
+        return None
+    checks = control_checks([flight], given)
+    xy = values_of(known, PLAN)[places]
+    found = find_displaced_region(checks.scores, checks.times, given.weight, xy)
+    return None if found is None else _told(block, known.iloc[places], found)
+
+
+def _observations(two_step):
+    """Given points that were fitted onto, the low flight, and the first as control."""
+    block, iteration = two_step.block, two_step.iteration
+    known, points = block.approximate_points, two_step.model_points[LOW]
+    low = two_step.low if iteration is None else iteration.passes[0].low
+    model = two_step.error_model
+    if iteration is not None:
+        what = two_step.orientation_errors, two_step.own_deformation
+        model = model_of_block(block, two_step.model_points, None, low, *what)
+    names = encode(pd.concat([known["point_id"], points["point_id"]]))
+    codes, places = names.codes, model.places
+    measured = _in_plan(model.standard_errors[LOW])
+    is_out = gross_rows(two_step, LOW, low)
+    origin = values_of(known, PLAN).mean(axis=0)
+    values = FlightValues.of(low, points, codes[len(known) :], measured, is_out)
+    bent = values.displaced(two_step.own_deformation, 0)
+    flight = values.about(origin, bent, is_affine=low.kind == "affine")
+    error = np.maximum(_given_errors(model), LEAST_GIVEN_ERROR * np.median(measured))
+    xy = values_of(known, PLAN)[places] - origin
+    given = ControlValues(codes[places], xy @ COMPLEX, error[places] ** -2.0)
+    return places, flight, given
+
+
+def _in_plan(errors):
+    """Errors of one coordinate in plan, (n,), where heights may have others."""
+    return errors if errors.ndim == 1 else errors[:, 0]
+
+
+def _given_errors(model):
+    """Errors of one coordinate of the given points in plan, (n_points,) [m]."""
+    sizes = model.standard_errors
+    each = [c.covariances(sizes[source]) for source, c in model.ground.items()]
+    return np.sqrt(sum(each)[:, 0, 0])
+
+
+def _told(block, known, found):
+    """The region by its names, with the control points in it."""
+    inside = known.iloc[found.rows]
+    xy = values_of(inside, PLAN)
+    middle = xy.mean(axis=0)
+    order = np.argsort(np.sum((xy - middle) ** 2, axis=1), kind="stable")
+    names, alike = (), True
+    control = block.control_points
+    if control is not None:
+        is_held = (control["role"] != "check").to_numpy()
+        control = control[is_held & is_among(control["point_id"], inside["point_id"])]
+        there = inside.set_index("point_id")[PLAN].loc[control["point_id"]]
+        names = tuple(control["point_id"].astype(str))
+        apart = values_of(control, PLAN) - there.to_numpy(dtype=float)
+        mean = apart.mean(axis=0) if names else np.zeros(2)
+        # control that is right lies apart by the shift, the other way
+        alike = bool(np.sum(mean**2) < np.sum((mean + found.shift) ** 2))
+    return GivenRegion(
+        point_ids=tuple(inside["point_id"].iloc[order].astype(str)),
+        n_given=len(known),
+        middle=tuple(map(float, middle)),
+        extent=float(np.ptp(xy, axis=0).max()),
+        shift=tuple(map(float, found.shift)),
+        standard_error=float(found.standard_error),
+        p_value=float(found.p_value),
+        control_ids=names,
+        control_is_alike=alike,
+    )
+
+
+def _corrected(block, region):
+    """A block with the region where all others have it."""
+    names = {"approximate_points": region.point_ids}
+    if region.control_ids and region.control_is_alike:
+        names["control_points"] = region.control_ids
+    return replace(
+        block,
+        **{
+            table: _moved_back(getattr(block, table), inside, region.shift)
+            for table, inside in names.items()
+        },
+    )
+
+
+def _moved_back(points, inside, shift):
+    is_inside = is_among(points["point_id"], list(inside))
+    moved = values_of(points, PLAN) - np.outer(is_inside, shift)
+    return points.assign(easting=moved[:, 0], northing=moved[:, 1])

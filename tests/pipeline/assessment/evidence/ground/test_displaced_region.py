@@ -1,0 +1,170 @@
+"""A region whose given coordinates are off: it is named, and is in the figure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+
+PLAN = ["easting", "northing"]
+OWN = 0.09  # TOTAL error of the given coordinates [m]
+SHIFT = np.array([0.24, -0.18])
+METHODS = ("two_step", "simultaneous")
+
+
+def given(seed, is_in=None, shift=SHIFT, moves_control=True, m_g=1.0):
+    """A block onto approximate coordinates, those that ``is_in`` names displaced."""
+    block = simulate_block("demo", seed=seed)
+    rng = np.random.default_rng(seed)
+    known = block.truth[["point_id", *PLAN]].copy()
+    known[PLAN] += OWN / np.sqrt(2.0) * rng.standard_normal((len(known), 2))
+    control = block.control_points
+    control = control[control["role"] == "control"].reset_index(drop=True)
+    names = set()
+    if is_in is not None:
+        names = set(known.loc[is_in(known), "point_id"])
+        known.loc[known["point_id"].isin(names), PLAN] += shift
+        if moves_control:
+            control.loc[control["point_id"].isin(names), PLAN] += shift
+    low = replace(block.low_flight, m_g_um=block.low_flight.m_g_um / m_g)
+    given = Block(
+        name="given",
+        crs=block.crs,
+        control_points=control,
+        approximate_points=known,
+        approximate_m_0_m=OWN,
+        low_flight=low,
+    )
+    return given, block.truth.set_index("point_id"), names
+
+
+def corner(points):
+    """A quarter of the points, in the north-east."""
+    e, n = (points[axis] - points[axis].min() for axis in PLAN)
+    return np.hypot(e - e.max(), n - n.max()) < 0.57 * e.max()
+
+
+def densified(block, method="two_step", **settings):
+    return densify(block, block.settings.updated({"method": method, **settings}))
+
+
+def true_errors(result, truth):
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    miss = new[PLAN] - truth.loc[new.index, PLAN]
+    return new, np.hypot(*miss.to_numpy().T)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def found_in(result):
+    codes = {found.code: found for found in result.assessment.findings}
+    return codes.get("displaced_region")
+
+
+@pytest.fixture(scope="module")
+def displaced():
+    return given(31, corner)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_region_is_named_and_its_effect_is_in_the_figure(displaced, method):
+    block, truth, names = displaced
+    result = densified(block, method)
+    found = found_in(result)
+    named = set(found.names)
+    assert len(named & names) > 0.85 * len(named | names)
+    facts = found.facts
+    shift = np.array([facts["easting"], facts["northing"]])
+    assert shift == pytest.approx(SHIFT, abs=4.0 * facts["standard_error"])
+    assert facts["control_is_alike"]
+    assert set(facts["control"]) <= set(block.control_points["point_id"])
+    credible = result.assessment.credible
+    _, miss = true_errors(result, truth)
+    assert credible.is_lower_bound
+    assert credible.reason is Reason.DISPLACED
+    assert 0.8 < rms(miss) / credible.value < 1.25
+    assert result.assessment.claim_is_supported is False
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_other_points_are_not_punished(displaced, method):
+    block, truth, names = displaced
+    result = densified(block, method, tolerance=0.12)
+    new, miss = true_errors(result, truth)
+    is_in = new.index.isin(names)
+    checked = new["standard_error_checked"].to_numpy()
+    assert rms(checked[~is_in]) < 0.4 * rms(checked[is_in])
+    assert 0.7 < rms(miss[is_in] / checked[is_in]) < 1.3
+    assert result.assessment.credible.elsewhere < 0.06
+    assert not new["is_within_tolerance"][is_in].any()
+    assert new["is_within_tolerance"][~is_in].mean() > 0.7
+    assert new["is_suspect"][is_in].mean() > 0.85
+
+
+def test_what_follows_is_told_under_it(displaced):
+    result = densified(displaced[0])
+    codes = {found.code: found for found in result.assessment.findings}
+    assert codes["claim_that_does_not_stand"].explained_by == "displaced_region"
+    assert result.assessment.causes[0] == "displaced_region"
+    head = result.summary().splitlines()[0]
+    assert "outside the displaced region; check the displaced points first" in head
+    assert "approximate points are displaced together" in " ".join(
+        result.summary().split()
+    )
+
+
+def test_control_that_is_right_is_told_apart():
+    """One adjustment of all models follows control: it is as good as without."""
+    block, truth, _ = given(32, corner, moves_control=False)
+    found = found_in(densified(block))
+    assert not found.facts["control_is_alike"]
+    adjusted = densified(block, "simultaneous")
+    assert found_in(adjusted) is None
+    _, miss = true_errors(adjusted, truth)
+    assert rms(miss) < 0.06
+
+
+def test_of_two_parts_about_alike_nothing_tells_which():
+    def half(points):
+        return points["easting"] > points["easting"].quantile(0.6)
+
+    block, truth, _ = given(33, half)
+    result = densified(block, tolerance=0.12)
+    found = found_in(result)
+    assert found.remedy == "compare_both_parts"
+    _, miss = true_errors(result, truth)
+    assert result.assessment.credible.value > 0.9 * rms(miss)
+    assert not result.points["is_within_tolerance"].any()
+
+
+@pytest.mark.parametrize("seed", range(40, 46))
+def test_nothing_is_found_in_clean_blocks(seed):
+    result = densified(given(seed)[0])
+    assert result.examination.displaced_region is None
+    assert np.isnan(result.assessment.credible.elsewhere)
+
+
+@pytest.mark.parametrize("seed", range(46, 50))
+def test_m_g_that_is_too_small_is_no_region(seed):
+    assert found_in(densified(given(seed, m_g=1.5)[0])) is None
+
+
+def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_result):
+    assert good_result.examination.displaced_region is None
+    block, _, names = displaced
+    known = block.approximate_points
+    group = np.where(known["point_id"].isin(names), "corner", "")
+    grouped = replace(block, approximate_points=known.assign(group=group))
+    assert densified(grouped).examination.displaced_region is None
+
+
+def test_of_several_passes_the_first_is_looked_at(displaced):
+    block, _, names = displaced
+    found = found_in(densified(block, iterations=3))
+    assert len(set(found.names) & names) > 0.85 * len(names)
