@@ -26,9 +26,26 @@ def errors(seed, size=SIGMA):
     return size * np.random.default_rng(seed).standard_normal((N, 2))
 
 
+class Checks:
+    """What the points know of each other."""
+
+    is_complex = False
+
+    def __init__(self, given, information=INFORMATION):
+        self.information = information
+        self.scores = information @ (given @ np.array([1.0, 1j]))
+
+    def times(self, columns):
+        return self.information @ columns
+
+    def draw(self, n_draws, seed):
+        shape = (len(self.scores), n_draws)
+        drawn = SIGMA * np.random.default_rng(seed).standard_normal(shape)
+        return self.information @ drawn
+
+
 def found_in(given):
-    scores = INFORMATION @ (given @ np.array([1.0, 1j]))
-    return find_displaced_region(scores, lambda c: INFORMATION @ c, WEIGHTS, GRID)
+    return find_displaced_region(Checks(given), WEIGHTS, GRID)
 
 
 def inside(middle, radius):
@@ -94,17 +111,14 @@ def test_two_regions_are_not_taken_for_one():
 
 def test_few_points_have_no_region():
     few = np.arange(2 * FEWEST_POINTS - 1)
-    none = find_displaced_region(
-        np.full(len(few), 1e3 + 0j), lambda c: 1.0 * c, WEIGHTS[few], GRID[few]
-    )
-    assert none is None
+    checks = Checks(np.full((len(few), 2), 1.0), np.eye(len(few)))
+    assert find_displaced_region(checks, WEIGHTS[few], GRID[few]) is None
 
 
 def test_regions_are_of_all_sizes_and_not_too_many():
     regions = regions_of(GRID).toarray()
     size = regions.sum(axis=1)
     assert size.min() == FEWEST_POINTS
-    assert size.max() in (N // 2, N // 2 - 1)
-    assert len(np.unique(regions, axis=0)) == len(regions)
+    assert N // 3 < size.max() <= N // 2
     many = np.random.default_rng(6).uniform(0.0, 1e4, (5000, 2))
-    assert 1000 < regions_of(many).shape[0] < 5000
+    assert 1000 < regions_of(many).shape[0] < 3000

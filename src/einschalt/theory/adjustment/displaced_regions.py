@@ -31,7 +31,12 @@ FEWEST_POINTS = 5  # of a region, and outside it
 SIZE_STEP = 1.25  # from one size of regions to the next
 PLACES_PER_SIZE = 8  # regions of a size that hold the same point, on the average
 N_DIRECTIONS = 8  # of lines that part the points
-MOST_TRIED = 4000  # regions in all
+AT_ONCE = 256
+# that tell what is known of a region: half of it, or twice as much, at the worst
+N_DRAWS = 64
+# χ² from which a region is looked at: by draws it may be twice as large
+LOOKED_AT = 11.0
+MOST_TRIED = 2000  # regions in all
 MOST_AROUND = 250  # points in and around a region that are looked at together
 MOST_ROUNDS = 6  # in which a region grows or shrinks by a row of points
 LEAST_RANK = 1e-6
@@ -53,16 +58,16 @@ class DisplacedRegion:
     p_value: float  # of all regions that were tried together
 
 
-def find_displaced_region(scores, times, weights, xy) -> DisplacedRegion | None:
+def find_displaced_region(checks, weights, xy) -> DisplacedRegion | None:
     """Find a region whose points are displaced, all by the same vector.
 
     Parameters
     ----------
-    scores : ndarray of complex, shape (n,)
-        Weight times correction of each given point in an adjustment of everything,
-        east + i north [1/m].
-    times : callable
-        The information W times columns, (n, n_columns), sparse or dense [1/m²].
+    checks
+        ``scores``, complex (n,): weight times correction of each given point in an
+        adjustment of everything, east + i north [1/m]; ``times(columns)``, the
+        information W times columns, (n, n_columns), sparse or dense [1/m²];
+        ``draw(n_draws, seed)``, scores of errors as they are stated, (n, n_draws).
     weights : ndarray, shape (n,)
         Of the given points [1/m²].
     xy : ndarray, shape (n, 2)
@@ -76,7 +81,7 @@ def find_displaced_region(scores, times, weights, xy) -> DisplacedRegion | None:
     """
     if len(xy) < 2 * FEWEST_POINTS:
         return None
-    scan = _Scan(scores, times, weights, xy)
+    scan = _Scan(checks, weights, xy)
     worst = scan.worst()
     if worst.p_value > FINDING_SIGNIFICANCE:
         return None
@@ -126,20 +131,17 @@ class _Region:
 class _Scan:
     """Scores, and what is known of regions by them."""
 
-    def __init__(self, scores, times, weights, xy):
-        self.scores, self.times, self.xy = scores, times, xy
+    def __init__(self, checks, weights, xy):
+        self.scores, self.times, self.xy = checks.scores, checks.times, xy
         self.regions = regions_of(xy)
-        information = np.concatenate(
-            [self._information(part) for part in _parts(self.regions)]
-        )
-        whole = self.regions @ weights
-        self.information = np.where(
-            information > LEAST_INFORMATION * whole, information, np.inf
-        )
-
-    def _information(self, regions):
-        shown = np.real(self.times(regions.T.tocsc()))
-        return np.asarray(regions.multiply(shown.T).sum(axis=1)).ravel()
+        drawn = np.abs(self.regions @ checks.draw(N_DRAWS, seed=0)) ** 2
+        # as much as it is known of by draws, until it looks as if it were displaced
+        self.information = drawn.sum(axis=1) / N_DRAWS
+        if np.iscomplexobj(self.scores) and checks.is_complex:
+            self.information /= 2.0
+        self.is_exact = np.zeros(len(self.information), dtype=bool)
+        self.least = LEAST_INFORMATION * (self.regions @ weights)
+        self.lost = np.zeros(len(self.information))
 
     @property
     def n_tried(self):
@@ -148,29 +150,45 @@ class _Scan:
 
     def worst(self):
         """The clearest region of all."""
-        return self._tried(int(np.argmax(self._squares)))
+        squares = self._squares()
+        while (is_open := (squares > LOOKED_AT) & ~self.is_exact).any():
+            self._look_at(np.flatnonzero(is_open))
+            squares = self._squares()
+        return self._tried(squares, int(np.argmax(squares)))
 
-    @property
+    def _look_at(self, places):
+        """Compute the information of some regions, a few at a time."""
+        for first in range(0, len(places), AT_ONCE):
+            some = places[first : first + AT_ONCE]
+            regions = self.regions[some]
+            shown = np.real(self.times(regions.T.tocsc()))
+            self.information[some] = regions.multiply(shown.T).sum(axis=1)
+        self.is_exact[places] = True
+
     def _squares(self):
-        return np.abs(self.regions @ self.scores) ** 2 / self.information
+        left = self.information - self.lost
+        # of parts of a region that was taken out nothing is left
+        is_known = left > np.maximum(self.least, LEAST_RANK * self.information)
+        left = np.where(is_known, left, np.inf)
+        return np.abs(self.regions @ self.scores) ** 2 / left
 
-    def _tried(self, place):
-        square = float(self._squares[place])
+    def _tried(self, squares, place):
+        square = float(squares[place])
         p_value = min(self.n_tried * np.exp(-square / 2.0), 1.0)
-        return _Tried(self.regions[[place]].indices, square, p_value)
+        return _Tried(np.sort(self.regions[[place]].indices), square, p_value)
 
     def starts(self):
         """The clearest regions that have not too much in common."""
-        squares, found = self._squares, []
-        overlap = (self.regions @ self.regions.T).tocsr()
-        size = overlap.diagonal()
+        squares, found = self._squares(), []
+        squares[~self.is_exact] = 0.0
+        size = self.regions.sum(axis=1)
         is_open = np.ones(len(squares), dtype=bool)
         for place in np.argsort(-squares, kind="stable"):
             if len(found) == MOST_STARTS:
                 break
             if is_open[place]:
-                found.append(self._tried(place))
-                shared = overlap[[place]].toarray()[0]
+                found.append(self._tried(squares, place))
+                shared = (self.regions @ self.regions[[place]].T).toarray()[:, 0]
                 is_open &= shared <= MOST_SHARED * np.maximum(size, size[place])
         return found
 
@@ -211,11 +229,7 @@ class _Scan:
     def take_out(self, region):
         """Go on with what a region does not explain."""
         self.scores = self.scores - region.shown * region.amplitude
-        lost = np.abs(self.regions @ region.shown) ** 2 / region.information
-        left = self.information - lost
-        # parts of the region itself, of which nothing is left
-        is_left = left > LEAST_RANK * self.information
-        self.information = np.where(is_left, left, np.inf)
+        self.lost = np.abs(self.regions @ region.shown) ** 2 / region.information
 
 
 class _Around:
@@ -289,11 +303,6 @@ def _neighbours(xy, rows, n_neighbours=8):
     return cKDTree(xy).query(xy[rows], n_nearest)[1].ravel()
 
 
-def _parts(regions, at_once=256):
-    first = range(0, regions.shape[0], at_once)
-    return [regions[k : k + at_once] for k in first]
-
-
 def regions_of(xy):
     """Round regions all over some points, and all on one side of straight lines.
 
@@ -304,29 +313,33 @@ def regions_of(xy):
     n = len(xy)
     sizes, n_places = _sizes(n)
     centres = _spread(xy, max(n_places))
-    tree, members = cKDTree(xy), {}
-    for size, n_here in zip(sizes, n_places, strict=True):
-        near = tree.query(xy[centres[:n_here]], size)[1]
-        for inside in near.reshape(n_here, size):
-            rows = np.sort(inside)
-            if 2 * size > n:
-                rows = np.setdiff1d(np.arange(n), rows)
-            members[rows.tobytes()] = rows
-    for rows in _sides(xy, sizes):
-        members[rows.tobytes()] = rows
-    pointer = np.cumsum([0, *(len(rows) for rows in members.values())])
-    rows = np.concatenate(list(members.values()))
-    ones = np.ones(len(rows))
-    return sparse.csr_array((ones, rows, pointer), shape=(len(members), n))
+    tree = cKDTree(xy)
+    found = [
+        _smaller_parts(tree.query(xy[centres[:n_here]], size)[1], n)
+        for size, n_here in zip(sizes, n_places, strict=True)
+    ]
+    return sparse.vstack([*found, *_sides(xy, sizes)], format="csr")
+
+
+def _smaller_parts(inside, n):
+    """Regions of points ``inside``, (n_regions, size), or of the others: sparse."""
+    n_regions, size = inside.shape
+    if 2 * size <= n:
+        pointer = np.arange(n_regions + 1) * size
+        entries = np.ones(inside.size), inside.ravel(), pointer
+        return sparse.csr_array(entries, shape=(n_regions, n))
+    others = np.ones((n_regions, n))
+    np.put_along_axis(others, inside, 0.0, axis=1)
+    return sparse.csr_array(others)
 
 
 def _sides(xy, sizes):
-    """Points on one side of lines in many directions, of all sizes: rows of each."""
-    offset, n = xy - xy.mean(axis=0), len(xy)
-    for angle in np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS:
-        order = np.argsort(offset @ [np.cos(angle), np.sin(angle)], kind="stable")
-        for size in sizes:
-            yield np.sort(order[:size] if 2 * size <= n else order[size:])
+    """Points on one side of lines in many directions, of all sizes, as regions."""
+    offset = xy - xy.mean(axis=0)
+    angle = np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS
+    along = offset @ np.stack([np.cos(angle), np.sin(angle)])
+    order = np.argsort(along, axis=0, kind="stable").T
+    return [_smaller_parts(order[:, :size], len(xy)) for size in sizes]
 
 
 def _sizes(n):

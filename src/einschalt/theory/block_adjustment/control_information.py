@@ -70,8 +70,16 @@ class ControlChecks:
     closed: np.ndarray
     asked: np.ndarray
     pull: sparse.csc_array  # of control on the models, (n_unknowns, n_control)
+    weight: np.ndarray  # (n_control,) [1/m²]
+    place: np.ndarray  # (n_control,): which point of the system each is, −1 for none
+    system: PointSystem
     factor: Factor
     noise: float  # information that the ridge may make of a shift of everything [1/m²]
+
+    @property
+    def is_complex(self):
+        """Whether easting and northing show in each other, and draws have both."""
+        return bool(np.iscomplexobj(self.pull))
 
     @cached_property
     def scores(self):
@@ -84,6 +92,25 @@ class ControlChecks:
 
     def _scores(self, of_closed):
         return np.where(self.is_held, of_closed + self.asked, 0.0)
+
+    def draw(self, n_draws, seed):
+        """Draw scores of errors of the given sizes, (n_control, n_draws) [1/m]."""
+        rng, system = np.random.default_rng(seed), self.system
+        incidence, weight = system.incidence, system.weights[:, :1]
+        shape = (len(weight), n_draws)
+        errors = _normal(rng, shape, self.factor.panels.dtype) / np.sqrt(weight)
+        sums = np.add.reduceat(
+            (weight * errors)[incidence.rows], incidence.point_start[:-1], axis=0
+        )
+        total = np.bincount(incidence.point, weight[:, 0])
+        mean = sums / total[:, None]
+        given = _normal(rng, (len(self.weight), n_draws), errors.dtype)
+        closed = given / np.sqrt(self.weight)[:, None] - mean[self.place]
+        closed[~self.is_held] = 0.0
+        gradient = system.gradient((errors - mean[incidence.point])[:, None, :])
+        asked = gradient - (self.pull @ closed).reshape(gradient.shape)
+        moved = self.factor.solve(asked).reshape(-1, n_draws)
+        return self.own[:, None] * closed + self.pull.conj().T @ moved
 
     def times(self, columns):
         """Information times columns, (n_control, n_columns), dense or sparse."""
@@ -150,7 +177,15 @@ def control_checks(flights, control) -> ControlChecks:
     ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
     own, asked = control.weight * (1.0 - part), pull.conj().T @ moved
     noise = MOST_OF_RIDGE * ridge
-    return ControlChecks(is_held, own, closed, asked, pull, factor, noise)
+    found = is_held, own, closed, asked, pull, control.weight, place, system, factor
+    return ControlChecks(*found, noise)
+
+
+def _normal(rng, shape, dtype):
+    """Draw normal numbers of variance 1, in both parts of complex ones."""
+    if np.issubdtype(dtype, np.complexfloating):
+        return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+    return rng.standard_normal(shape)
 
 
 def _checked(scores, information, least):

@@ -147,7 +147,7 @@ def find_given_region(two_step) -> GivenRegion | None:
         return None
     checks = control_checks([flight], given)
     xy = values_of(known, PLAN)[places]
-    found = find_displaced_region(checks.scores, checks.times, given.weight, xy)
+    found = find_displaced_region(checks, given.weight, xy)
     return None if found is None else _told(block, known.iloc[places], found)
 
 
