@@ -18,6 +18,7 @@ from einschalt.stages.error_propagation import covariances
 from einschalt.stages.error_propagation.error_model import model_of_high_flight
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+from einschalt.theory.adjustment import rows_of_chains
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
 PLAN = ["easting", "northing"]
@@ -254,7 +255,7 @@ def test_rows_of_a_formed_product_are_cut_and_not_multiplied(monkeypatch):
     chain = PointOperator((sparse.csr_array(dense),), Axes.PLANE)
     places = np.arange(5, 15)
     ((_, any_rows),) = covariances._rows_of({"a": chain}, places[[1, 0, *range(2, 10)]])
-    monkeypatch.setattr(covariances, "_times", None)
+    monkeypatch.setattr(rows_of_chains, "times", None)
     ((_, rows),) = covariances._rows_of({"a": chain}, places)
     found, expected = (sparse.csr_array(r.matrix).toarray() for r in (rows, any_rows))
     np.testing.assert_array_equal(found, dense[10:30])

@@ -65,7 +65,8 @@ def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
 
 def test_what_grows_from_layout_to_layout_is_expected_to_go_on(found):
     """Over a small area a high flight is the worse the smaller its scale is."""
-    trials, ratio = _trials(found), found.plans["high_scale_number"]
+    trials = Trials(found.plans, found.target, 3, 2, count=lambda plan: plan["cost"])
+    ratio = found.plans["high_scale_number"]
     ratio = ratio / found.plans["scale_number"]
     same = found.plans["scale_number"] == 8100
     for name in ("n_settings", "n_coverages", "control_per_model"):
@@ -79,3 +80,7 @@ def test_what_grows_from_layout_to_layout_is_expected_to_go_on(found):
     # as far on as was shown, and known less well the farther that is
     assert expected[others[0]] > expected[next_one] > 1.15
     assert (np.diff(spread[[next_one, *others]]) > 0.0).all()
+    assert (_trials(found).errors.sloping == 0.0).all()
+    # also where no more costs are counted
+    trials.count = None
+    assert (trials.extended(found.plans).errors.sloping != 0.0).any()

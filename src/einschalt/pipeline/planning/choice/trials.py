@@ -29,9 +29,14 @@ class _Sizes:
     single: float
 
 
+NO_SLOPE = (0.0, 0.0, 0.0, 0.0, 0.0)
+OF_ERRORS = _Sizes(0.15, NO_SLOPE, own=0.1, single=0.01)
+OF_COSTS = _Sizes(0.12, NO_SLOPE, own=0.06, single=0.04)
 # high flights of much smaller scales are worse over small areas than the estimates know
-OF_ERRORS = _Sizes(0.15, (0.1, 0.2, 0.1, 0.1, 0.1), own=0.08, single=0.01)
-OF_COSTS = _Sizes(0.12, (0.05, 0.05, 0.05, 0.05, 0.05), own=0.06, single=0.04)
+OF_ERRORS_OVER_AREAS = _Sizes(0.15, (0.1, 0.2, 0.1, 0.1, 0.1), own=0.08, single=0.01)
+OF_COSTS_OVER_AREAS = _Sizes(
+    0.12, (0.05, 0.05, 0.05, 0.05, 0.05), own=0.06, single=0.04
+)
 LAYOUT = (
     "scale_number",
     "high_scale_number",
@@ -50,6 +55,7 @@ class Trials:
     patience: int  # misses before all plans are taken to be as bad
     enough: int  # plans that are kept
     count: Callable | None = None  # cost of a plan that is laid out, None for no more
+    is_over_area: bool | None = None  # None: where costs are counted
 
     def __post_init__(self):
         n_plans = len(self.plans)
@@ -65,8 +71,12 @@ class Trials:
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
         self.counted = np.full(n_plans, np.nan)  # costs
         self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
-        self.errors = _Shown(self.steps, OF_ERRORS)
-        self.costs = _Shown(self.steps, OF_COSTS)
+        if self.is_over_area is None:
+            self.is_over_area = self.count is not None
+        sizes = (OF_ERRORS, OF_COSTS)
+        if self.is_over_area:
+            sizes = (OF_ERRORS_OVER_AREAS, OF_COSTS_OVER_AREAS)
+        self.errors, self.costs = (_Shown(self.steps, size) for size in sizes)
         self.kept, self.missed = [], []  # costs; reached over the closed estimate
         self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
 
@@ -75,7 +85,8 @@ class Trials:
 
         What the tried ones have shown is known of all.
         """
-        longer = Trials(plans, self.target, self.patience, self.enough, self.count)
+        given = self.target, self.patience, self.enough, self.count
+        longer = Trials(plans, *given, self.is_over_area)
         n = len(self.plans)
         for name in ("is_left", "of_layout", "counted", "is_asked"):
             getattr(longer, name)[:n] = getattr(self, name)

@@ -33,6 +33,7 @@ from einschalt.stages.error_propagation.error_model import (
 )
 from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.theory.adjustment.displaced_regions import find_displaced_region
+from einschalt.theory.adjustment.least_squares import total_from_coordinate
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     control_checks,
@@ -44,6 +45,7 @@ LEAST_GIVEN_ERROR = 0.1
 MOST_GIVEN = 20_000
 # of the given points: of two parts as large as this nothing tells which one is off
 LARGEST_SHARE = 1.0 / 3.0
+SURELY = 3.0  # standard errors by which a shift may be less than it seems
 COMPLEX = np.array([1.0, 1j])
 
 
@@ -133,7 +135,8 @@ def _in_silence(_stage):
 def find_given_region(two_step) -> GivenRegion | None:
     """Look for a region of given approximate points that is displaced.
 
-    None where chance explains everything; where there is a high flight, groups or a
+    None where chance explains everything, or an error as large as is stated of each
+    point, which neighbours may share; where there is a high flight, groups or a
     correlation length say what points share, or errors of orientations bend models.
     """
     block, known = two_step.block, two_step.block.approximate_points
@@ -142,17 +145,22 @@ def find_given_region(two_step) -> GivenRegion | None:
     is_oriented = block.low_flight.is_oriented_numerically
     if is_oriented or len(known) > MOST_GIVEN or two_step.error_model is None:
         return None
-    places, flight, given = _observations(two_step)
+    places, errors, flight, given = _observations(two_step)
     if not len(flight.model):
         return None
     checks = control_checks([flight], given)
     xy = values_of(known, PLAN)[places]
     found = find_displaced_region(checks, given.weight, xy)
-    return None if found is None else _told(block, known.iloc[places], found)
+    if found is None:
+        return None
+    # what neighbours share may be as large as what is stated of each
+    stated = total_from_coordinate(np.median(errors[places][found.rows]))
+    surely = np.hypot(*found.shift) - SURELY * found.standard_error
+    return None if surely <= stated else _told(block, known.iloc[places], found)
 
 
 def _observations(two_step):
-    """Given points that were fitted onto, the low flight, and the first as control."""
+    """Given points that were fitted onto, errors, the low flight, these as control."""
     block, iteration = two_step.block, two_step.iteration
     known, points = block.approximate_points, two_step.model_points[LOW]
     low = two_step.low if iteration is None else iteration.passes[0].low
@@ -168,10 +176,11 @@ def _observations(two_step):
     values = FlightValues.of(low, points, codes[len(known) :], measured, is_out)
     bent = values.displaced(two_step.own_deformation, 0)
     flight = values.about(origin, bent, is_affine=low.kind == "affine")
-    error = np.maximum(_given_errors(model), LEAST_GIVEN_ERROR * np.median(measured))
+    errors = _given_errors(model)
+    error = np.maximum(errors, LEAST_GIVEN_ERROR * np.median(measured))
     xy = values_of(known, PLAN)[places] - origin
     given = ControlValues(codes[places], xy @ COMPLEX, error[places] ** -2.0)
-    return places, flight, given
+    return places, errors, flight, given
 
 
 def _in_plan(errors):
