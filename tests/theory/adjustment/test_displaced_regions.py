@@ -29,8 +29,6 @@ def errors(seed, size=SIGMA):
 class Checks:
     """What the points know of each other."""
 
-    is_complex = False
-
     def __init__(self, given, information=INFORMATION):
         self.information = information
         self.scores = information @ (given @ np.array([1.0, 1j]))

@@ -134,11 +134,10 @@ class _Scan:
     def __init__(self, checks, weights, xy):
         self.scores, self.times, self.xy = checks.scores, checks.times, xy
         self.regions = regions_of(xy)
-        drawn = np.abs(self.regions @ checks.draw(N_DRAWS, seed=0)) ** 2
+        drawn = self.regions @ checks.draw(N_DRAWS, seed=0)
+        n_parts = 2 if np.iscomplexobj(drawn) else 1
         # as much as it is known of by draws, until it looks as if it were displaced
-        self.information = drawn.sum(axis=1) / N_DRAWS
-        if np.iscomplexobj(self.scores) and checks.is_complex:
-            self.information /= 2.0
+        self.information = (np.abs(drawn) ** 2).sum(axis=1) / (n_parts * N_DRAWS)
         self.is_exact = np.zeros(len(self.information), dtype=bool)
         self.least = LEAST_INFORMATION * (self.regions @ weights)
         self.lost = np.zeros(len(self.information))

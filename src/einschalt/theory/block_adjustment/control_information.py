@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.point_elimination import (
@@ -76,11 +77,6 @@ class ControlChecks:
     factor: Factor
     noise: float  # information that the ridge may make of a shift of everything [1/m²]
 
-    @property
-    def is_complex(self):
-        """Whether easting and northing show in each other, and draws have both."""
-        return bool(np.iscomplexobj(self.pull))
-
     @cached_property
     def scores(self):
         """Weight times correction of each control point, complex (n_control,) [1/m]."""
@@ -94,14 +90,16 @@ class ControlChecks:
         return np.where(self.is_held, of_closed + self.asked, 0.0)
 
     def draw(self, n_draws, seed):
-        """Draw scores of errors of the given sizes, (n_control, n_draws) [1/m]."""
+        """Draw scores of errors of the given sizes, (n_control, n_draws) [1/m].
+
+        Complex, with errors of both coordinates, where these show in each other.
+        """
         rng, system = np.random.default_rng(seed), self.system
         incidence, weight = system.incidence, system.weights[:, :1]
         shape = (len(weight), n_draws)
         errors = _normal(rng, shape, self.factor.panels.dtype) / np.sqrt(weight)
-        sums = np.add.reduceat(
-            (weight * errors)[incidence.rows], incidence.point_start[:-1], axis=0
-        )
+        weighted = (weight * errors)[incidence.rows]
+        sums = segment_sum(weighted, incidence.point_start)
         total = np.bincount(incidence.point, weight[:, 0])
         mean = sums / total[:, None]
         given = _normal(rng, (len(self.weight), n_draws), errors.dtype)

@@ -24,18 +24,18 @@ class _Sizes:
     """Standard errors of the parts of a logarithm, see _Shown."""
 
     common: float
-    sloping: tuple[float, ...]  # for each step in each of the columns of _steps_of
     own: float
     single: float
+    # for each step, in each of the columns of _steps_of or in all of them
+    sloping: float | tuple[float, ...] = 0.0
 
 
-NO_SLOPE = (0.0, 0.0, 0.0, 0.0, 0.0)
-OF_ERRORS = _Sizes(0.15, NO_SLOPE, own=0.1, single=0.01)
-OF_COSTS = _Sizes(0.12, NO_SLOPE, own=0.06, single=0.04)
+OF_ERRORS = _Sizes(common=0.15, own=0.1, single=0.01)
+OF_COSTS = _Sizes(common=0.12, own=0.06, single=0.04)
 # high flights of much smaller scales are worse over small areas than the estimates know
-OF_ERRORS_OVER_AREAS = _Sizes(0.15, (0.1, 0.2, 0.1, 0.1, 0.1), own=0.08, single=0.01)
-OF_COSTS_OVER_AREAS = _Sizes(
-    0.12, (0.05, 0.05, 0.05, 0.05, 0.05), own=0.06, single=0.04
+OVER_AREAS = (
+    _Sizes(common=0.15, own=0.08, single=0.01, sloping=(0.1, 0.2, 0.1, 0.1, 0.1)),
+    _Sizes(common=0.12, own=0.06, single=0.04, sloping=0.05),
 )
 LAYOUT = (
     "scale_number",
@@ -55,7 +55,6 @@ class Trials:
     patience: int  # misses before all plans are taken to be as bad
     enough: int  # plans that are kept
     count: Callable | None = None  # cost of a plan that is laid out, None for no more
-    is_over_area: bool | None = None  # None: where costs are counted
 
     def __post_init__(self):
         n_plans = len(self.plans)
@@ -71,11 +70,8 @@ class Trials:
         self.of_layout = np.full(n_plans, np.nan)  # error that a tried layout tells [m]
         self.counted = np.full(n_plans, np.nan)  # costs
         self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
-        if self.is_over_area is None:
-            self.is_over_area = self.count is not None
-        sizes = (OF_ERRORS, OF_COSTS)
-        if self.is_over_area:
-            sizes = (OF_ERRORS_OVER_AREAS, OF_COSTS_OVER_AREAS)
+        # costs are counted over areas only
+        sizes = (OF_ERRORS, OF_COSTS) if self.count is None else OVER_AREAS
         self.errors, self.costs = (_Shown(self.steps, size) for size in sizes)
         self.kept, self.missed = [], []  # costs; reached over the closed estimate
         self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
@@ -85,15 +81,13 @@ class Trials:
 
         What the tried ones have shown is known of all.
         """
-        given = self.target, self.patience, self.enough, self.count
-        longer = Trials(plans, *given, self.is_over_area)
+        longer = Trials(plans, self.target, self.patience, self.enough, self.count)
         n = len(self.plans)
         for name in ("is_left", "of_layout", "counted", "is_asked"):
             getattr(longer, name)[:n] = getattr(self, name)
-        for place, ratio in self.errors.shown:
-            longer.errors.learn(place, ratio)
-        for place, ratio in self.costs.shown:
-            longer.costs.learn(place, ratio)
+        longer.errors, longer.costs = (
+            shown.for_plans(longer.steps) for shown in (self.errors, self.costs)
+        )
         longer.kept, longer.missed = [*self.kept], [*self.missed]
         longer.least_gain = self.least_gain
         return longer
@@ -261,7 +255,7 @@ class _Shown:
     """
 
     def __init__(self, steps, sizes):
-        self.steps = steps
+        self.steps, self.sizes = steps, sizes
         self.common, self.own, self.single = (
             size**2 for size in (sizes.common, sizes.own, sizes.single)
         )
@@ -269,6 +263,13 @@ class _Shown:
         self.shown = []  # places and ratios
         self._columns = []  # covariances of all plans with each of these
         self._told = None  # what follows from them, asked for until there are more
+
+    def for_plans(self, steps):
+        """Give what is known for more plans, of which these are the first."""
+        longer = _Shown(steps, self.sizes)
+        for place, ratio in self.shown:
+            longer.learn(place, ratio)
+        return longer
 
     def learn(self, place, ratio):
         """Take what the plan at a place is, over its estimate."""
