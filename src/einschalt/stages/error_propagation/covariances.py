@@ -6,7 +6,7 @@ for all that depends on them.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import partial, reduce
+from functools import cached_property, partial, reduce
 from operator import add
 from typing import NamedTuple
 
@@ -18,10 +18,9 @@ from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.bundled_covariance import (
     BundledRows,
-    BundlePairs,
-    joint_covariance,
     points_in_a_bundle,
 )
+from einschalt.theory.adjustment.joint_covariance import BundlePairs, joint_covariance
 from einschalt.theory.adjustment.point_operator import PointOperator, selection
 from einschalt.theory.adjustment.rows_of_chains import (
     beginning,
@@ -165,13 +164,17 @@ def covariances_of_pairs(chains, standard_errors, places, known=None):
     if len(used) < n_points:
         steps, pairs = steps.of_points(used, n_points), among
     found = steps.through_parameters(pairs, standard_errors, known)
-    if not steps.direct:
-        return found
-    n_parts = max(_n_parts(pairs), n_ranges(steps.direct, len(used)))
-    parts = np.array_split(pairs, max(1, min(n_parts, len(pairs))))
-    work = partial(_between, steps.direct, standard_errors)
-    between = over_parts(work, parts, most_at_once=RANGES_AT_ONCE)
-    return found + np.concatenate(between)
+    if steps.shared:
+        n_parts = max(_n_parts(pairs), n_ranges(steps.shared, len(used)))
+        parts = np.array_split(pairs, max(1, min(n_parts, len(pairs))))
+        work = partial(_between, steps.shared, standard_errors)
+        found += np.concatenate(over_parts(work, parts, most_at_once=RANGES_AT_ONCE))
+    if steps.unshared:
+        same = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+        ways = steps.unshared.items()
+        of_points = sum(way.covariances(standard_errors[name]) for name, way in ways)
+        found[same] += of_points[pairs[same, 0]]
+    return found
 
 
 def _n_parts(pairs):
@@ -246,34 +249,47 @@ class _Steps:
         n_together = points_in_a_bundle(one.factors[n_first].T, one.axes)
         return cls(last, through, direct, one.axes.size(n_together))
 
+    @property
+    def axes(self):
+        """Of the operators."""
+        known = self.last, *self.direct.values()
+        return next(one.axes for one in known if one is not None)
+
+    @cached_property
+    def unshared(self):
+        """What of it goes from each source to one point at most."""
+        ways = self.direct.items()
+        return {name: way for name, way in ways if _is_unshared(way)}
+
+    @cached_property
+    def shared(self):
+        """What of it reaches several points."""
+        ways = self.direct.items()
+        return {name: way for name, way in ways if name not in self.unshared}
+
     def of_points(self, places, n_points):
         """The same steps to some of the points."""
-        picked = selection(places, n_points, _axes_of(self))
+        picked = selection(places, n_points, self.axes)
         direct = {name: picked @ chain for name, chain in self.direct.items()}
+        for name in self.unshared:
+            direct[name] = direct[name].formed()
         last = None if self.last is None else (picked @ self.last).formed()
         return replace(self, last=last, direct=direct)
 
     def through_parameters(self, pairs, standard_errors, known):
         """What parameters make of the covariances of pairs of points [m²].
 
-        Between them, and between them and what does not go through them; 0.0 where
-        nothing does.
+        Between them, and between them and what does not go through them.
         """
         if self.last is None:
-            return 0.0
+            n_coordinates = len(self.axes.names)
+            return np.zeros((len(pairs), n_coordinates, n_coordinates))
         rows, met, joint = self._joint(pairs, standard_errors, known)
         joint = reduce(add, joint.values())
         beside = self._beside(rows, standard_errors).values()
         parts = np.array_split(pairs, _n_parts(pairs))
-        return np.concatenate(
-            [
-                sum(
-                    (rows.covariances_with(shared, part) for shared in beside),
-                    rows.covariances(part, met, joint),
-                )
-                for part in parts
-            ]
-        )
+        found = [rows.covariances(part, met, joint, beside) for part in parts]
+        return np.concatenate(found)
 
     def variances(self, of_direct, standard_errors, known):
         """Covariance of each point from every source that goes through parameters.
@@ -319,9 +335,13 @@ class _Steps:
         }
 
 
-def _axes_of(steps):
-    known = steps.last, *steps.direct.values()
-    return next(one.axes for one in known if one is not None)
+def _is_unshared(way):
+    """Whether it is one step in which no source reaches two points."""
+    if len(way.products) > 1 or len(way.factors) != 1:
+        return False
+    size = (way.axes.value, way.axes.value)
+    sources = sparse.bsr_array(way.factors[0], blocksize=size).indices
+    return bool(np.bincount(sources, minlength=1).max() <= 1)
 
 
 def _with_one_beginning(chain):

@@ -14,17 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import numbered, over_segments, segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
+from einschalt.theory.adjustment.joint_covariance import BundlePairs
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     of_real_axes,
 )
 
-NUMBERS_OF_WHOLE = 10_000_000  # of a full matrix, of which there are three: 0.5 GB
-QUICKER_AS_A_WHOLE = 20  # what a product of full matrices takes less, by the number
+NUMBERS_OF_TABLE = 10_000_000  # of pairs of bundles, a byte each
 PAIRS_AT_ONCE = 200_000
-IN_REGISTERS = (2, 1), (3, 1)  # blocks that are summed there, see _joint_of_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,30 +53,35 @@ class BundledRows:
 
     def neighbours(self, pairs):
         """Which bundles meet in pairs of points, (n_pairs, 2): BundlePairs."""
-        rows = self.rows
-        shape = rows.shape[0] // self.axes.value, rows.shape[1] // self.size
+        rows, n_bundles = self.rows, self.rows.shape[1] // self.size
+        # of values: a table is filled more quickly than a product is formed
+        if n_bundles**2 <= NUMBERS_OF_TABLE and (np.diff(rows.indptr) == 1).all():
+            is_met = np.zeros((n_bundles, n_bundles), dtype=bool)
+            is_met[tuple(rows.indices[pairs].T)] = True
+            return BundlePairs.of(is_met | is_met.T)
         is_held = np.ones(len(rows.indices), dtype=bool)
+        shape = self.axes.count(rows.shape[0]), n_bundles
         held = sparse.csr_array((is_held, rows.indices, rows.indptr), shape=shape)
         first, second = pairs.T
         if np.array_equal(first, second):
             met = held[np.unique(first)]
             met = met.T @ met
         else:
-            met = sparse.csr_array((shape[1], shape[1]), dtype=bool)
+            met = sparse.csr_array((n_bundles, n_bundles), dtype=bool)
             for part in np.array_split(pairs, max(1, -(-len(pairs) // PAIRS_AT_ONCE))):
                 met = met + held[part[:, 0]].T @ held[part[:, 1]]
             met = met + met.T
-        met = sparse.tril(met, format="csr")
-        met.sort_indices()
-        return BundlePairs(met.indptr.astype(np.int64), met.indices.astype(np.int64))
+        return BundlePairs.of(met)
 
-    def covariances(self, pairs, met, joint):
+    def covariances(self, pairs, met, joint, beside=()):
         """Covariances of pairs of points, (n_pairs, n_coordinates, n_coordinates) [m²].
 
-        ``joint`` (n_met, size, size) are those of the bundles that meet in them.
+        ``joint`` (n_met, size, size) are those of the bundles that meet in them;
+        ``beside`` are BundledRows of covariances of points with bundles, of what does
+        not go through these.
         """
-        dtype = self._dtype_with(met, joint)
-        out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
+        dtype = np.result_type(self._dtype_with(met, joint), *map(_dtype_of, beside))
+        out = self._none_yet(len(pairs), dtype)
         over_segments(
             _through_bundles,
             np.arange(len(pairs) + 1),
@@ -89,7 +93,9 @@ class BundledRows:
             out,
             work_of_row=self._in_a_row**2,
         )
-        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+        for shared in beside:
+            self._add_met(shared, pairs, out)
+        return self._of_coordinates(out)
 
     def variances(self, met, joint):
         """Covariances of each point with itself, (n_points, n_coordinates, …) [m²].
@@ -99,19 +105,12 @@ class BundledRows:
         """
         dtype = self._dtype_with(met, joint)
         pointer, *entries = self._entries(dtype)
-        n_points, n_axes = len(pointer) - 1, self.axes.value
-        out = np.zeros((n_points, n_axes, n_axes), dtype)
+        out = self._none_yet(len(pointer) - 1, dtype)
         joint = joint.astype(dtype, copy=False)
         given = (*entries, met.pointer, met.column, joint, out)
         work = {"work_of_row": self._in_a_row}
         over_segments(_through_bundles_of_point, pointer, *given, **work)
-        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
-
-    def _dtype_with(self, met, joint):
-        if joint.shape != (len(met), self.size, self.size):
-            wanted = len(met), self.size, self.size
-            raise ValueError(f"joint is {joint.shape}; expected {wanted}")
-        return np.result_type(self.rows.dtype, joint)
+        return self._of_coordinates(out)
 
     def covariances_with(self, shared, pairs):
         """What points make of the covariances of points with bundles, for their pairs.
@@ -119,17 +118,33 @@ class BundledRows:
         ``shared`` are BundledRows of these covariances; gives (n_pairs, n_coordinates,
         n_coordinates) [m²], of the first with the second and the second with the first.
         """
-        dtype = np.result_type(self.rows.dtype, shared.rows.dtype)
-        out = np.zeros((len(pairs), self.axes.value, self.axes.value), dtype)
+        dtype = np.result_type(self.rows.dtype, _dtype_of(shared))
+        out = self._none_yet(len(pairs), dtype)
+        self._add_met(shared, pairs, out)
+        return self._of_coordinates(out)
+
+    def _add_met(self, shared, pairs, out):
+        """Add them to covariances of the pairs, (n_pairs, n_axes, n_axes)."""
         over_segments(
             _meet_in_bundles,
             np.arange(len(pairs) + 1),
             np.ascontiguousarray(pairs, dtype=np.int64),
-            *self._entries(dtype),
-            *shared._entries(dtype),
+            *self._entries(out.dtype),
+            *shared._entries(out.dtype),
             out,
         )
-        return of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def _none_yet(self, n_pairs, dtype):
+        return np.zeros((n_pairs, self.axes.value, self.axes.value), dtype)
+
+    def _of_coordinates(self, of_axes):
+        return of_real_axes(of_axes) if self.axes is Axes.COMPLEX else of_axes
+
+    def _dtype_with(self, met, joint):
+        if joint.shape != (len(met), self.size, self.size):
+            wanted = len(met), self.size, self.size
+            raise ValueError(f"joint is {joint.shape}; expected {wanted}")
+        return np.result_type(self.rows.dtype, joint)
 
     def independent_variances(self, met, joint):
         """Sums of a point's variances if parameters were independent (n_points,) [m²].
@@ -157,102 +172,8 @@ class BundledRows:
         return pointer, bundle, rows.data.astype(dtype, copy=False)
 
 
-@dataclass(frozen=True, eq=False)
-class BundlePairs:
-    """Pairs of bundles, the later one first, sorted."""
-
-    pointer: np.ndarray  # (n_bundles + 1,): first pair of each later one
-    column: np.ndarray  # (n_pairs,): the earlier one, or the same
-
-    def __len__(self):
-        return len(self.column)
-
-    @property
-    def _keys(self):
-        later = np.repeat(np.arange(len(self.pointer) - 1), np.diff(self.pointer))
-        return later * (len(self.pointer) - 1) + self.column
-
-    def alone(self):
-        """The bundles that meet any, and their pairs, numbered without the others.
-
-        >>> bundles, pairs = BundlePairs(np.array([0, 0, 1, 1]), np.array([1])).alone()
-        >>> bundles, pairs.pointer, pairs.column
-        (array([1]), array([0, 1]), array([0]))
-        """
-        is_among = np.diff(self.pointer) > 0
-        is_among[self.column] = True
-        bundles = np.flatnonzero(is_among)
-        pointer = np.append(self.pointer[bundles], len(self))
-        return bundles, BundlePairs(pointer, (np.cumsum(is_among) - 1)[self.column])
-
-    def places_of(self, others):
-        """Where other pairs of the same bundles stand; None if one is not among these.
-
-        >>> both = BundlePairs(np.array([0, 1, 3]), np.array([0, 0, 1]))
-        >>> both.places_of(BundlePairs(np.array([0, 0, 1]), np.array([0]))).tolist()
-        [1]
-        """
-        own, asked = self._keys, others._keys
-        places = np.searchsorted(own, asked)
-        # the largest one may stand beyond the end
-        is_among = np.append(own, -1)[places] == asked
-        return places if is_among.all() else None
-
-
-def joint_covariance(operator, met, size, standard_errors):
-    """Covariances of pairs of bundles from independent errors, (n_met, size, size).
-
-    Parameters
-    ----------
-    operator : PointOperator
-        Leads to the numbers of all bundles; quickest of blocks with ``size`` rows.
-    met : BundlePairs
-    size : int
-    standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
-        Per coordinate [m].
-    """
-    each = operator.axes.each(standard_errors)
-    blocks = sparse.bsr_array(operator.matrix, blocksize=(size, operator.axes.value))
-    scaled = blocks.data * each[blocks.indices][:, None]
-    if blocks.blocksize not in IN_REGISTERS:
-        rows = _full_if_quicker(blocks, scaled, met)
-        if rows is not None:
-            return _of_whole(rows, met, size)
-    out = np.zeros((len(met), size, size), dtype=scaled.dtype)
-    rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
-    given = (*rows, len(each), scaled, out)
-    in_a_bundle = len(blocks.indices) * size / max(1, blocks.shape[0])
-    work = {"work_of_row": in_a_bundle}
-    over_segments(_joint_of_pairs, met.pointer, met.column, *given, **work)
-    return out
-
-
-def _full_if_quicker(blocks, scaled, met):
-    """Rows as a full matrix of the sources they use, if its product is quicker.
-
-    Where enough entries are filled, and bundles meet; None otherwise, and of numbers
-    that are none, of which pairs of other bundles know nothing.
-    """
-    sources, source = numbered(blocks.indices)
-    (n_rows, _), (size, n_axes) = blocks.shape, blocks.blocksize
-    n_columns = len(sources) * n_axes
-    of_pairs = len(met) * blocks.nnz * size**2 / max(1, n_rows)
-    is_small = n_rows * max(n_rows, n_columns) <= NUMBERS_OF_WHOLE
-    is_quicker = n_rows**2 * n_columns < QUICKER_AS_A_WHOLE * of_pairs
-    if not (is_small and is_quicker and np.isfinite(scaled).all()):
-        return None
-    n_bundles = n_rows // size
-    rows = np.zeros((n_bundles, size, len(sources), n_axes), scaled.dtype)
-    rows[np.repeat(np.arange(n_bundles), np.diff(blocks.indptr)), :, source] = scaled
-    return rows.reshape(n_rows, n_columns)
-
-
-def _of_whole(rows, met, size):
-    n_bundles = len(rows) // size
-    later = np.repeat(np.arange(n_bundles), np.diff(met.pointer))
-    others = rows.conj() if np.iscomplexobj(rows) else rows
-    whole = (rows @ others.T).reshape(n_bundles, size, n_bundles, size)
-    return whole[later, :, met.column]
+def _dtype_of(bundled):
+    return bundled.rows.dtype
 
 
 def points_in_a_bundle(matrix, axes):
@@ -271,76 +192,42 @@ def points_in_a_bundle(matrix, axes):
 
 
 # Sums of small blocks take a third of the time in variables of their own, which stay in
-# registers: those of conformal models, two complex numbers, and of affine ones, three
-# real numbers, of points with one axis, are nearly all.
+# registers, as in joint_covariance.
 
 
 @compiled
-def _joint_of_pairs(
-    first, last, start, column, pointer, source, n_sources, blocks, out
-):
-    size, n_axes = blocks.shape[1:]
-    # where the source of the later bundle stands: it meets many, one after the other
-    place = np.full(n_sources, -1)
-    for later in range(first, last):
-        for i in range(pointer[later], pointer[later + 1]):
-            place[source[i]] = i
-        for p in range(start[later], start[later + 1]):
-            low, high = pointer[column[p]], pointer[column[p] + 1]
-            if n_axes == 1 and size == 2:
-                _join_two(place, source, low, high, blocks, out, p)
-            elif n_axes == 1 and size == 3:
-                _join_three(place, source, low, high, blocks, out, p)
-            else:
-                _join(place, source, low, high, blocks, out, p)
-        for i in range(pointer[later], pointer[later + 1]):
-            place[source[i]] = -1
+def _add_through(blocks, later, earlier, joint, met, times, is_turned, out, p):
+    """Add, so many times, what comes of a bundle and of an earlier one."""
+    n_axes, size = blocks.shape[1:]
+    for a in range(n_axes):
+        for v in range(size):
+            with_other = blocks[later, a, 0] * 0.0
+            for u in range(size):
+                with_other += blocks[later, a, u] * joint[met, u, v]
+            for b in range(n_axes):
+                number = times * with_other * np.conj(blocks[earlier, b, v])
+                if is_turned:
+                    out[p, b, a] += np.conj(number)
+                else:
+                    out[p, a, b] += number
 
 
 @compiled
-def _join(place, source, low, high, blocks, out, p):
-    """Add the products of a bundle, whose sources are in place, with another one."""
-    size, n_axes = blocks.shape[1:]
-    for j in range(low, high):
-        i = place[source[j]]
-        if i < 0:
-            continue
-        for c in range(n_axes):
-            for a in range(size):
-                for b in range(size):
-                    out[p, a, b] += blocks[i, a, c] * np.conj(blocks[j, b, c])
+def _through_two(blocks, i, j, joint, met):
+    a, b = blocks[i, 0, 0], blocks[i, 0, 1]
+    with_a = a * joint[met, 0, 0] + b * joint[met, 1, 0]
+    with_b = a * joint[met, 0, 1] + b * joint[met, 1, 1]
+    return with_a * np.conj(blocks[j, 0, 0]) + with_b * np.conj(blocks[j, 0, 1])
 
 
 @compiled
-def _join_two(place, source, low, high, blocks, out, p):
-    aa = ab = ba = bb = out[p, 0, 0]
-    for j in range(low, high):
-        i = place[source[j]]
-        if i < 0:
-            continue
-        a, b = blocks[i, 0, 0], blocks[i, 1, 0]
-        with_a, with_b = np.conj(blocks[j, 0, 0]), np.conj(blocks[j, 1, 0])
-        aa, ab = aa + a * with_a, ab + a * with_b
-        ba, bb = ba + b * with_a, bb + b * with_b
-    out[p, 0, 0], out[p, 0, 1], out[p, 1, 0], out[p, 1, 1] = aa, ab, ba, bb
-
-
-@compiled
-def _join_three(place, source, low, high, blocks, out, p):
-    aa = ab = ac = ba = bb = bc = ca = cb = cc = out[p, 0, 0]
-    for j in range(low, high):
-        i = place[source[j]]
-        if i < 0:
-            continue
-        a, b, c = blocks[i, 0, 0], blocks[i, 1, 0], blocks[i, 2, 0]
-        with_a, with_b = np.conj(blocks[j, 0, 0]), np.conj(blocks[j, 1, 0])
-        with_c = np.conj(blocks[j, 2, 0])
-        aa, ab, ac = aa + a * with_a, ab + a * with_b, ac + a * with_c
-        ba, bb, bc = ba + b * with_a, bb + b * with_b, bc + b * with_c
-        ca, cb, cc = ca + c * with_a, cb + c * with_b, cc + c * with_c
-    out[p, 0, 0], out[p, 0, 1], out[p, 0, 2] = aa, ab, ac
-    out[p, 1, 0], out[p, 1, 1], out[p, 1, 2] = ba, bb, bc
-    out[p, 2, 0], out[p, 2, 1], out[p, 2, 2] = ca, cb, cc
+def _through_three(blocks, i, j, joint, met):
+    a, b, c = blocks[i, 0, 0], blocks[i, 0, 1], blocks[i, 0, 2]
+    with_a = a * joint[met, 0, 0] + b * joint[met, 1, 0] + c * joint[met, 2, 0]
+    with_b = a * joint[met, 0, 1] + b * joint[met, 1, 1] + c * joint[met, 2, 1]
+    with_c = a * joint[met, 0, 2] + b * joint[met, 1, 2] + c * joint[met, 2, 2]
+    a, b, c = blocks[j, 0, 0], blocks[j, 0, 1], blocks[j, 0, 2]
+    return with_a * np.conj(a) + with_b * np.conj(b) + with_c * np.conj(c)
 
 
 @compiled
@@ -355,17 +242,15 @@ def _through_bundles(
                 later, earlier = max(bundle[i], bundle[j]), min(bundle[i], bundle[j])
                 met = _place_among(column, start[later], start[later + 1], earlier)
                 is_turned = bundle[i] < bundle[j]
-                for a in range(n_axes):
-                    for v in range(size):
-                        with_other = blocks[i, a, 0] * 0.0
-                        for u in range(size):
-                            if is_turned:
-                                shared = np.conj(joint[met, v, u])
-                            else:
-                                shared = joint[met, u, v]
-                            with_other += blocks[i, a, u] * shared
-                        for b in range(n_axes):
-                            out[p, a, b] += with_other * np.conj(blocks[j, b, v])
+                k, m = (j, i) if is_turned else (i, j)
+                if n_axes == 1 and size == 3:
+                    number = _through_three(blocks, k, m, joint, met)
+                    out[p, 0, 0] += np.conj(number) if is_turned else number
+                elif n_axes == 1 and size == 2:
+                    number = _through_two(blocks, k, m, joint, met)
+                    out[p, 0, 0] += np.conj(number) if is_turned else number
+                else:
+                    _add_through(blocks, k, m, joint, met, 1.0, is_turned, out, p)
 
 
 @compiled
@@ -380,15 +265,15 @@ def _through_bundles_of_point(
             for j in range(pointer[p], i + 1):
                 while column[met] < bundle[j]:
                     met += 1
-                times = 1.0 if i == j else 2.0
-                for a in range(n_axes):
-                    for v in range(size):
-                        with_other = blocks[i, a, 0] * 0.0
-                        for u in range(size):
-                            with_other += blocks[i, a, u] * joint[met, u, v]
-                        for b in range(n_axes):
-                            number = with_other * np.conj(blocks[j, b, v])
-                            out[p, a, b] += times * number
+                if n_axes == 1 and size == 3:
+                    number = _through_three(blocks, i, j, joint, met)
+                    out[p, 0, 0] += number if i == j else 2.0 * number
+                elif n_axes == 1 and size == 2:
+                    number = _through_two(blocks, i, j, joint, met)
+                    out[p, 0, 0] += number if i == j else 2.0 * number
+                else:
+                    times = 1.0 if i == j else 2.0
+                    _add_through(blocks, i, j, joint, met, times, False, out, p)
         # of two bundles, each with the other: the mean of what was added twice
         for a in range(n_axes):
             for b in range(a + 1):
