@@ -74,6 +74,24 @@ def test_tail_of_squares_is_that_of_chi_square():
     assert tail_of_squares(value, many) == pytest.approx(expected, rel=0.2)
 
 
+@pytest.mark.parametrize("n_numbers", [6, 300])
+@pytest.mark.parametrize("n_draws", [12, 49])
+def test_few_draws_make_no_false_alarms(n_numbers, n_draws):
+    rng = np.random.default_rng(7)
+    sigma = rng.uniform(0.5, 2.0, n_numbers) ** 2
+    degrees = sigma.sum() ** 2 / np.sum(sigma**2)
+    size = sigma.sum() / degrees  # a multiple of chi-square, as Satterthwaite has it
+    drawn = size * rng.chisquare(degrees, (20_000, n_draws))
+    observed = size * rng.chisquare(degrees, 20_000)
+    p_values = np.array(
+        [tail_of_squares(*one) for one in zip(observed, drawn, strict=True)]
+    )
+    for level in (0.001, 0.01, 0.99):
+        chance = np.sqrt(level * (1.0 - level) / len(observed))
+        rate = np.mean(p_values < level)
+        assert abs(rate - level) < 4.0 * chance + 0.25 * min(level, 1.0 - level)
+
+
 def test_tail_of_mean_is_that_of_a_further_value():
     rng = np.random.default_rng(6)
     drawn = rng.normal(3.0, 0.2, 30)

@@ -4,11 +4,14 @@ Sums over correlated quantities have no distribution in closed form. Their means
 variances follow from some hundred draws of all errors, pushed through the operators of
 the propagation, which form no product of matrices.
 
-Source: Satterthwaite 1946; see docs/theory/claim.md.
+Source: Satterthwaite 1946; Wilson and Hilferty 1931; see docs/theory/claim.md.
 """
 
 import numpy as np
 from scipy.special import chdtrc, stdtr  # scipy.stats takes a second to import
+
+# draws that know the variance of a sum to a tenth
+ENOUGH_DRAWS = 50
 
 
 def draw_errors(standard_errors, axes, *, n_draws, seed):
@@ -58,8 +61,12 @@ def tail_of_squares(observed, drawn):
     -------
     float
         Upper tail of the multiple of χ² that has the mean and the variance of the
-        draws (Satterthwaite 1946); NaN where they do not vary.
+        draws (Satterthwaite 1946); NaN where they do not vary. Of fewer than 50 draws,
+        which know their variance badly, Student's t of the cube roots: these are nearly
+        normal (Wilson and Hilferty 1931).
     """
+    if len(drawn) < ENOUGH_DRAWS:
+        return tail_of_mean(np.cbrt(observed), np.cbrt(drawn))
     return _tail_by_moments(observed, np.mean(drawn), np.var(drawn, ddof=1))
 
 

@@ -24,9 +24,9 @@ import numpy as np
 from einschalt.theory.adjustment.monte_carlo import draw_errors, draws_in_parts
 from einschalt.theory.adjustment.point_operator import PointOperator
 
-MOST_DRAWS, FEWEST_DRAWS = 100, 30
+MOST_DRAWS, FEWEST_DRAWS = 100, 15
 # of all draws: in large blocks chance leaves less of the mean of each sum
-NUMBERS_IN_ALL = 15_000_000
+NUMBERS_IN_ALL = 5_000_000
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
 LEAST_FACTOR = 1e-4
@@ -89,10 +89,10 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
 
     Notes
     -----
-    Means and covariances of the sums come from 100 draws of all errors (30 in blocks of
+    Means and covariances of the sums come from 100 draws of all errors (15 in blocks of
     some 20 000 models and more), which need no product of the matrices. Only the scalar
     products of the drawn parts are kept, so that no draw is repeated while the factors
-    change. The standard errors are uncertain by 7 % (13 %) through that, the factors by
+    change. The standard errors are uncertain by 7 % (19 %) through that, the factors by
     a fraction of their standard errors.
     """
     sources = tuple(standard_errors)
@@ -240,8 +240,10 @@ def _scalar_products(first, second):
     """Real parts of the scalar products of columns, (n_draws,); 0 without a source."""
     if first is None or second is None:
         return 0.0
-    first, second = (one.view(float).reshape(*one.shape, -1) for one in (first, second))
-    return np.einsum("ndc,ndc->d", first, second)
+    n_draws = first.shape[1]
+    # along rows first: many times quicker than along both parts of a number
+    sums = np.einsum("nk,nk->k", first.view(float), second.view(float))
+    return sums.reshape(n_draws, -1).sum(axis=1)
 
 
 def _covariance_of_sums(products, factors):

@@ -45,8 +45,8 @@ from einschalt.theory.adjustment.spatial_correlation import (
     nearest_neighbours,
 )
 
-MOST_DRAWS, FEWEST_DRAWS = 100, 20
-NUMBERS_AT_ONCE = 10_000_000
+MOST_DRAWS, FEWEST_DRAWS = 100, 12
+NUMBERS_AT_ONCE = 4_000_000
 # fewer points tell nothing of their neighbours
 FEWEST_POINTS = 10
 
@@ -187,7 +187,7 @@ class _ClaimTests:
         """Make all tests."""
         of_residuals, field = self._residuals()
         tests = (
-            self._coverages(COVERAGES, self.examined.means, self.drawn.low),
+            self._coverages(COVERAGES, self.differences, self.drawn.low),
             self._high_coverages(),
             *of_residuals,
             self._left_out_control(),
@@ -200,6 +200,11 @@ class _ClaimTests:
             paper=self._against_paper(),
         )
 
+    @cached_property
+    def differences(self):
+        """Differences of the coverages of the low flight."""
+        return coverage_differences(self.examined.means).needed()
+
     def _assumption(self):
         if not self.model.is_assumed:
             return ""
@@ -207,7 +212,7 @@ class _ClaimTests:
         return "independent_approximations" if is_given else "perfect_orientations"
 
     def _against_paper(self):
-        differences = coverage_differences(self.examined.means).needed().table
+        differences = self.differences.table
         good = self._without_suspects(differences["point_id"])
         d = values_of(differences, DIFFERENCES)[good]
         error = differences["standard_error_paper"].to_numpy()[good]
@@ -225,12 +230,10 @@ class _ClaimTests:
     def _high_coverages(self):
         if self.drawn.high is None:
             return None
-        return self._coverages(
-            COVERAGES_HIGH, self.examined.high.means, self.drawn.high
-        )
+        differences = coverage_differences(self.examined.high.means).needed()
+        return self._coverages(COVERAGES_HIGH, differences, self.drawn.high)
 
-    def _coverages(self, name, means, drawn):
-        differences = coverage_differences(means).needed()
+    def _coverages(self, name, differences, drawn):
         table = differences.table
         if len(table) == 0:
             return None
