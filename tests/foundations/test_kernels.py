@@ -1,5 +1,6 @@
 """Compiled kernels are kept for their sources, and their compilation is told."""
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -101,3 +102,17 @@ def test_what_other_kernels_call_has_no_way_in_from_python_until_python_calls_it
     assert not doubled.signatures
     assert doubled(3) == 6
     assert len(doubled.signatures) == 1
+
+
+def tripled(value):
+    return 3 * value
+
+
+def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(monkeypatch):
+    enabled = []
+    kernel = compiled(tripled)
+    monkeypatch.setattr(kernel._cache, "_load_overload", lambda *_: None)
+    with compilations_told_to(lambda _: enabled.append(gc.isenabled())):
+        assert kernel(2) == 6
+    assert enabled == [False]
+    assert gc.isenabled()
