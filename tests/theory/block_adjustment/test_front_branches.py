@@ -11,6 +11,7 @@ from einschalt.foundations.sparse_cholesky import (
 )
 from einschalt.foundations.sparse_cholesky.elimination_pattern import Fronts
 from einschalt.foundations.sparse_cholesky.front_branches import part_fronts
+from einschalt.theory.block_adjustment import solver
 from einschalt.theory.block_adjustment.block_solution import adjust
 
 
@@ -22,6 +23,7 @@ def cores(monkeypatch):
         monkeypatch.setattr(batches, "n_cores", lambda: count)
         monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 0)
         monkeypatch.setattr(nested_dissection, "MODELS_WORTH_A_THREAD", 6)
+        monkeypatch.setattr(solver, "MOST_AT_ONCE", 0)
         monkeypatch.setattr(front_branches, "LEAST_WORK", 0.0)
         monkeypatch.setattr(multifrontal, "BYTES_WORTH_BRANCHES", 0)
 

@@ -33,6 +33,11 @@ class Fronts:
     boundary: np.ndarray  # places of the boundary of each front, ascending
 
     @property
+    def are_one(self):
+        """Whether everything is eliminated at once."""
+        return len(self.parent) == 1
+
+    @property
     def n_own(self):
         """Models that each front eliminates."""
         return np.diff(self.start)
@@ -83,6 +88,9 @@ def _pattern(start, neighbours, order, position):
 
 def find_fronts(pattern, elimination) -> Fronts:
     """Boundaries of all fronts."""
+    if len(elimination.parent) == 1:
+        none = np.zeros(2, dtype=np.int64)
+        return Fronts(elimination.start, elimination.parent, none[1:], none, none[:0])
     n_children, start, boundary = _boundaries(
         pattern.start, pattern.row, elimination.start, elimination.parent
     )

@@ -33,6 +33,11 @@ from einschalt.foundations.sparse_cholesky.front_solution import (
     solve_forward,
 )
 from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
+from einschalt.foundations.sparse_cholesky.single_front import (
+    factor_whole,
+    invert_whole,
+    solve_whole,
+)
 
 # of the factor, once for each right side: below it threads cost a solution, which only
 # passes over the factor, more than they gain; some milliseconds
@@ -98,6 +103,10 @@ class Factor:
 
     def _solve_in_place(self, x, *, is_forward_done=False):
         fronts, u = self.fronts, self.n_unknowns
+        if fronts.are_one:
+            with one_blas_thread():
+                solve_whole(x, self.panels, is_forward_done=is_forward_done)
+            return
         is_large = self.panels.nbytes * len(x) > BYTES_WORTH_BRANCHES
         branches = self._branches if is_large else self._trunk_alone
         panels = self.panels, self.storage.panel_start
@@ -128,6 +137,9 @@ class Factor:
         (n_blocks, n_unknowns, n_unknowns), on and below the diagonal.
         """
         fronts, n_unknowns = self.fronts, self.n_unknowns
+        if fronts.are_one:
+            with one_blas_thread():
+                return invert_whole(self.panels, self.pattern, n_unknowns)
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
         inverse = np.zeros(shape, dtype=self.panels.dtype)
         branches = self._branches
@@ -151,6 +163,9 @@ def factorize(blocks, pattern, fronts) -> Factor:
     """Factor the reduced normal equations, float or complex blocks of the pattern."""
     n_unknowns = blocks.shape[1]
     storage = storage_for(fronts, n_unknowns)
+    if fronts.are_one:
+        with one_blas_thread():
+            return Factor(pattern, fronts, storage, *factor_whole(blocks, pattern))
     panels = np.zeros(storage.panel_start[-1], dtype=blocks.dtype)
     is_held = np.zeros((len(pattern.start) - 1, n_unknowns), dtype=np.bool_)
     branches = part_fronts(fronts, n_unknowns)

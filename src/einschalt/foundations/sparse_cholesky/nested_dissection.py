@@ -35,6 +35,12 @@ class Elimination:
     parent: np.ndarray
 
 
+def at_once(n_models) -> Elimination:
+    """Models in the order that they have, in one front."""
+    order = np.arange(n_models)
+    return Elimination(order, order, np.array([0, n_models]), np.array([-1]))
+
+
 def dissect(neighbours, positions) -> Elimination:
     """Order models by nested dissection.
 

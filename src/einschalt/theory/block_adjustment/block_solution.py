@@ -226,6 +226,13 @@ class _Pass:
     xy: np.ndarray
 
 
+def _n_solved(observations):
+    """Real unknowns of a model that are solved together."""
+    is_coupled = observations.is_coupled or observations.orientation is not None
+    channels = Channels(observations.is_affine, is_coupled=is_coupled)
+    return 3 if channels.way == "shared" else channels.n_unknowns
+
+
 class _Task(BlockInOrder):
     """A plane block that is adjusted, in the order of elimination."""
 
@@ -237,7 +244,7 @@ class _Task(BlockInOrder):
             )
             near, frames = reduce_models(observations.xy, observations.model, n_models)
             chained = near * frames.extent[observations.model][:, None]
-            ordering = order_block(incidence, chained)
+            ordering = order_block(incidence, chained, _n_solved(observations))
         super().__init__(observations, ordering)
         control = observations.control[self.points][self.is_control]
         # the origin lies among the control: sums far from it lose digits

@@ -228,7 +228,8 @@ def _ordering_of(values, n_points):
         values.model, values.point, 1 + int(values.model[-1]), n_points
     )
     middle = _sums(values.model, values.value) / np.bincount(values.model)
-    return order_placed(incidence, np.column_stack([middle.real, middle.imag]))
+    positions = np.column_stack([middle.real, middle.imag])
+    return order_placed(incidence, lambda: positions, 2 * values.design.shape[1])
 
 
 def _sums(group, values):

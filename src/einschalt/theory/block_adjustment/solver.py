@@ -1,7 +1,7 @@
 """The solver of a block: factored once, asked as often as needed."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from einschalt.foundations.sparse_cholesky.elimination_pattern import (
     find_fronts,
 )
 from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
-from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
+from einschalt.foundations.sparse_cholesky.nested_dissection import at_once, dissect
 from einschalt.theory.block_adjustment.axis_coupling import Channels
 from einschalt.theory.block_adjustment.model_graph import (
     Reordered,
@@ -29,6 +29,9 @@ from einschalt.theory.block_adjustment.point_elimination import (
 # steps of iterative refinement: the first solves, the others take rounding away
 MOST_STEPS = 6
 CONVERGED = 1e-11
+# unknowns, as real numbers, of a block that is one dense matrix: a few milliseconds
+# more than by fronts, whose kernels take half a minute to compile
+MOST_AT_ONCE = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,18 +44,23 @@ class Ordering:
     fronts: Fronts
 
 
-def order_block(incidence, xy) -> Ordering:
+def order_block(incidence, xy, n_unknowns) -> Ordering:
     """Find the order of elimination and what it fills.
 
-    ``xy`` are model coordinates about the centre of each model.
+    ``xy`` are model coordinates about the centre of each model, ``n_unknowns`` those
+    of a model that are solved together; a complex one counts twice.
     """
-    return order_placed(incidence, chained_positions(incidence, xy))
+    positions = partial(chained_positions, incidence, xy)
+    return order_placed(incidence, positions, n_unknowns)
 
 
-def order_placed(incidence, positions) -> Ordering:
-    """Find the order of elimination of models whose places are known."""
+def order_placed(incidence, positions, n_unknowns) -> Ordering:
+    """Find the order of elimination of models; ``positions()`` says where they lie."""
     neighbours = neighbours_of(incidence)
-    elimination = dissect(neighbours, positions)
+    if incidence.n_models * n_unknowns <= MOST_AT_ONCE:
+        elimination = at_once(incidence.n_models)
+    else:
+        elimination = dissect(neighbours, positions())
     pattern = block_pattern(neighbours, elimination)
     fronts = find_fronts(pattern, elimination)
     return Ordering(
