@@ -229,7 +229,8 @@ def _ordering_of(values, n_points):
     )
     middle = _sums(values.model, values.value) / np.bincount(values.model)
     positions = np.column_stack([middle.real, middle.imag])
-    return order_placed(incidence, lambda: positions, 2 * values.design.shape[1])
+    n_real = values.design.shape[1] * (1 + np.iscomplexobj(values.design))
+    return order_placed(incidence, lambda: positions, n_real)
 
 
 def _sums(group, values):
