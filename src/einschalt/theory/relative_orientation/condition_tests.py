@@ -10,6 +10,7 @@ gross error stays unseen: a pair knows nothing of x-parallaxes.
 Sources: Baarda 1968, Pope 1976; see docs/theory/reliability.md.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +28,13 @@ from einschalt.theory.relative_orientation.coplanarity import orient_pairs
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     coplanarity,
+    frame_of,
+    parameter_row,
 )
-from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
+from einschalt.theory.relative_orientation.coplanarity_solution import (
+    N_PARAMETERS,
+    pose_at,
+)
 
 # residuals below it are those of rounding [mm]
 LEAST_SIGMA_MM = 1e-9
@@ -91,6 +97,26 @@ def misclosures(orientation, pairs) -> Misclosures:
     return found
 
 
+def linear_conditions(orientation, pairs):
+    """Conditions of the points as functions of the changes of their orientations.
+
+    Rows by the five parameters, (n_points, 5), and misclosures, (n_points,), both over
+    √q, so that their errors are those of an image coordinate [mm]. NaN where a pair is
+    not oriented.
+    """
+    rows = np.empty((len(pairs.image), N_PARAMETERS))
+    lengths = np.empty(len(pairs.image))
+    over_segments(
+        _linearise,
+        np.ascontiguousarray(pairs.start, dtype=np.int64),
+        np.ascontiguousarray(pairs.image, dtype=float),
+        np.ascontiguousarray(pairs.distance),
+        orientation.poses,
+        *(rows, lengths),
+    )
+    return rows, lengths
+
+
 def condition_tests(orientation, pairs) -> PointTests:
     """Test the points of an adjustment against its other points.
 
@@ -130,6 +156,23 @@ def _sigma(orientation):
     sigma = orientation.sigma_0
     # the comparison fails for NaN, too
     return np.where(sigma > LEAST_SIGMA_MM, sigma, np.nan)
+
+
+@compiled(**COMPILED)
+def _linearise(first, last, start, image, distance, poses, rows, lengths):
+    for k in range(first, last):
+        base, tangents, rotation = frame_of(pose_at(poses[k]), False)
+        left, zr = distance[k, 0], -distance[k, 1] / distance[k, 0]
+        for i in range(start[k], start[k + 1]):
+            x, y = image[i, 0] / left, image[i, 1] / left
+            point = x, y, image[i, 2] / left, image[i, 3] / left
+            f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+            d0, d1, d2, d3 = by_image
+            size = left / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3)
+            row = parameter_row(by_base, by_turn, tangents)
+            for k_row in range(N_PARAMETERS):
+                rows[i, k_row] = size * row[k_row]
+            lengths[i] = size * f
 
 
 @compiled(**COMPILED)

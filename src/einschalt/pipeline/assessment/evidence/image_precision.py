@@ -2,11 +2,15 @@
 
 import numpy as np
 
+from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.variance_components import Component
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+from einschalt.theory.relative_orientation.tails_of_pairs import find_tails_of_pairs
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM
 # an image point lies in two models at most of its strip: their residuals repeat it
@@ -34,9 +38,9 @@ def find_image_tails(examined):
     """
     rows = examined.orientation_residuals
     found = {
-        name: _tails_of(rows[rows["flight"] == name])
+        name: _tails_of_flight(flight)
         for name, flight in examined.block.flights.items()
-        if flight.has_images and len(rows)
+        if flight.has_images and _may_have_tails(rows[rows["flight"] == name])
     }
     return {name: tails for name, tails in found.items() if tails is not None}
 
@@ -52,14 +56,28 @@ def good_sigma_0(examined, name):
     return tails.sigma
 
 
-def _tails_of(rows):
+def _may_have_tails(rows):
+    """Whether residuals look like it, however the models were oriented."""
+    if rows.empty:
+        return False
     length = np.sqrt((rows[IMAGE_RESIDUALS].to_numpy(dtype=float) ** 2).sum(axis=1))
     number = rows["redundancy_number"].to_numpy(dtype=float)
     is_free = number > 0.0
-    tails = find_heavy_tails(length[is_free] / np.sqrt(number[is_free]))
-    if tails is None or not tails.p_value < FINDING_SIGNIFICANCE:
-        return None
-    return tails if tails.far_out > LEAST_FAR_OUT else None
+    return _is_sure(find_heavy_tails(length[is_free] / np.sqrt(number[is_free])))
+
+
+def _tails_of_flight(flight):
+    """Tails of the image points by orientations in which all of them weigh alike."""
+    oriented = orient_from_images(
+        image_pairs(flight.image_coordinates(), with_coverage(flight.models)),
+        flight.principal_distance_mm,
+    )
+    tails = find_tails_of_pairs(oriented.points, oriented.pairs.orientation)
+    return tails if _is_sure(tails) and tails.far_out > LEAST_FAR_OUT else None
+
+
+def _is_sure(tails):
+    return tails is not None and tails.p_value < FINDING_SIGNIFICANCE
 
 
 def image_component(rows, flight, of_good=None) -> Component:
