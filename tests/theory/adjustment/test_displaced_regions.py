@@ -6,7 +6,7 @@ from scipy.spatial.distance import cdist
 
 from einschalt.theory.adjustment.displaced_regions import (
     FEWEST_POINTS,
-    find_displaced_region,
+    find_displaced_regions,
     regions_of,
 )
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -42,8 +42,13 @@ class Checks:
         return self.information @ drawn
 
 
+def all_found_in(given):
+    return find_displaced_regions(Checks(given), WEIGHTS, GRID)
+
+
 def found_in(given):
-    return find_displaced_region(Checks(given), WEIGHTS, GRID)
+    found = all_found_in(given)
+    return found[0] if found else None
 
 
 def inside(middle, radius):
@@ -101,16 +106,52 @@ def test_a_smooth_pattern_is_no_region(length):
     assert found.count(None) == len(found)
 
 
-def test_two_regions_are_not_taken_for_one():
-    first, second = inside((300.0, 300.0), 500.0), inside((2100.0, 1800.0), 500.0)
-    both = np.outer(first, [0.3, 0.0]) + np.outer(second, [0.0, 0.3])
-    assert found_in(errors(5) + both) is None
+def of_all(parts, shifts):
+    return sum(np.outer(part, shift) for part, shift in zip(parts, shifts, strict=True))
+
+
+PLACES = [(300.0, 300.0), (2100.0, 1800.0), (300.0, 2100.0)]
+SHIFTS = [(0.3, 0.0), (0.0, 0.3), (-0.2, -0.25)]
+
+
+@pytest.mark.parametrize("n_regions", [2, 3])
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_each_of_several_regions_is_found(n_regions, seed):
+    parts = [inside(middle, 500.0) for middle in PLACES[:n_regions]]
+    found = all_found_in(errors(seed) + of_all(parts, SHIFTS[:n_regions]))
+    assert len(found) == n_regions
+    for part, shift in zip(parts, SHIFTS, strict=False):
+        region = max(found, key=lambda one: overlap(one, part))
+        assert overlap(region, part) > MOST_POINTS
+        assert region.shift == pytest.approx(shift, abs=4.0 * region.standard_error)
+        assert region.p_value < FINDING_SIGNIFICANCE
+    # each is known beside the others
+    n_in = [len(region.rows) for region in found]
+    known = np.sqrt(1.0 / np.array(n_in) + 1.0 / (N - sum(n_in))) * SIGMA
+    assert [region.standard_error for region in found] == pytest.approx(known)
+    rows = np.concatenate([region.rows for region in found])
+    assert len(np.unique(rows)) == len(rows)
+
+
+def test_regions_that_touch_are_told_apart():
+    first, second = inside((900.0, 1200.0), 500.0), inside((1800.0, 1200.0), 500.0)
+    second &= ~first
+    found = all_found_in(errors(9) + of_all([first, second], [(0.3, 0.0), (0.1, 0.3)]))
+    assert len(found) == 2
+    for part in (first, second):
+        assert max(overlap(region, part) for region in found) > MOST_POINTS
+
+
+def test_of_too_many_regions_none_is_named():
+    parts = [inside(middle, 500.0) for middle in [*PLACES, (2100.0, 300.0)]]
+    found = all_found_in(errors(8) + of_all(parts, [*SHIFTS, (0.25, -0.2)]))
+    assert found == ()
 
 
 def test_few_points_have_no_region():
     few = np.arange(2 * FEWEST_POINTS - 1)
     checks = Checks(np.full((len(few), 2), 1.0), np.eye(len(few)))
-    assert find_displaced_region(checks, WEIGHTS[few], GRID[few]) is None
+    assert find_displaced_regions(checks, WEIGHTS[few], GRID[few]) == ()
 
 
 def test_regions_are_of_all_sizes_and_not_too_many():

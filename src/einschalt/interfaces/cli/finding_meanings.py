@@ -23,8 +23,8 @@ MEANINGS = mark_each(
             "Points for which the two flights have measured different targets."
         ),
         "displaced_region": (
-            "A region whose given approximate points are displaced together, all by "
-            "the same vector, against all others."
+            "Regions whose given approximate points are displaced together, all of "
+            "each by the same vector, against all others."
         ),
         "measurements_given_twice": (
             "Models or photographs that are copies of others."

@@ -83,7 +83,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
-    if examined.displaced_region is not None:
+    if examined.displaced_regions:
         return _beside_region(examined)
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
@@ -241,7 +241,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
-    if examined.displaced_region is not None:
+    if examined.displaced_regions:
         return _beside_region(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)

@@ -58,7 +58,7 @@ def tolerance_of(settings):
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
     """The propagated figure, or the larger one of the budget, as it was tested."""
-    if examined.displaced_region is not None:
+    if examined.displaced_regions:
         return _checked_beside_region(examined)
     figure = examined.credible
     return CheckedFigure(
@@ -74,7 +74,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
     It falls where known points or residuals contradict it.
     """
-    if examined.displaced_region is not None:
+    if examined.displaced_regions:
         return _checked_beside_region(examined)
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
@@ -86,9 +86,9 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
 
 def _checked_beside_region(examined):
-    """That of the points which a displaced region does not move, if these are told."""
-    figure, region = examined.corrected.checked, examined.displaced_region
-    is_told = not region.may_be_the_others
+    """That of the points which no displaced region moves, if these are told."""
+    figure, regions = examined.corrected.checked, examined.displaced_regions
+    is_told = not any(region.may_be_the_others for region in regions)
     return replace(figure, is_supported=figure.is_supported and is_told)
 
 
@@ -120,8 +120,8 @@ def judged_points(examined):
     checked = np.hypot(used.factor * figure, examined.moved_by_region)
     is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
     is_suspect |= _is_block_suspect(examined)
-    if examined.displaced_region is not None:
-        is_suspect |= is_among(points["point_id"], examined.displaced_region.point_ids)
+    for region in examined.displaced_regions:
+        is_suspect |= is_among(points["point_id"], region.point_ids)
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:
         factor = examined.credible_heights.factor

@@ -51,7 +51,7 @@ CAUSES = mark_each(
         ),
     }
 )
-ELSEWHERE = mark("{figure} outside the displaced region")
+ELSEWHERE = mark("{figure} outside displaced regions")
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
 # what stands behind the number of points

@@ -11,6 +11,9 @@ nor where neighbours are alike everywhere:
 - T against the scatter of the scores around, once the region is taken out;
 - what is left must show neither a further region nor any smooth pattern.
 
+A further region that is as clear is taken out with it, and each of them is looked for
+once more beside the others.
+
 Sources: Kulldorff 1997, A spatial scan statistic; Teunissen 2006, Testing theory. See
 docs/theory/claim.md.
 """
@@ -26,17 +29,13 @@ from einschalt.theory.adjustment.significance import (
     SYSTEMATIC_SIGNIFICANCE,
 )
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
+from einschalt.theory.adjustment.tried_regions import FEWEST_POINTS, regions_of
 
-FEWEST_POINTS = 5  # of a region, and outside it
-SIZE_STEP = 1.25  # from one size of regions to the next
-PLACES_PER_SIZE = 8  # regions of a size that hold the same point, on the average
-N_DIRECTIONS = 8  # of lines that part the points
 AT_ONCE = 256
 # that tell what is known of a region: half of it, or twice as much, at the worst
 N_DRAWS = 64
 # χ² from which a region is looked at: by draws it may be twice as large
 LOOKED_AT = 11.0
-MOST_TRIED = 2000  # regions in all
 MOST_AROUND = 250  # points in and around a region that are looked at together
 MOST_ROUNDS = 6  # in which a region grows or shrinks by a row of points
 LEAST_RANK = 1e-6
@@ -46,6 +45,8 @@ LEAST_INFORMATION = 1e-6
 LEAST_GAIN = 3.0
 # regions to begin with, and what two of them share at most
 MOST_STARTS, MOST_SHARED = 8, 0.7
+MOST_REGIONS = 3  # of a block that are displaced
+MOST_FIRST = 4  # of them that are tried as the one to be taken out first
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +59,8 @@ class DisplacedRegion:
     p_value: float  # of all regions that were tried together
 
 
-def find_displaced_region(checks, weights, xy) -> DisplacedRegion | None:
-    """Find a region whose points are displaced, all by the same vector.
+def find_displaced_regions(checks, weights, xy) -> tuple[DisplacedRegion, ...]:
+    """Find regions whose points are displaced, all of each by the same vector.
 
     Parameters
     ----------
@@ -75,28 +76,55 @@ def find_displaced_region(checks, weights, xy) -> DisplacedRegion | None:
 
     Returns
     -------
-    DisplacedRegion or None
-        The smaller part: nothing tells it from a displacement of all others. None where
-        chance, larger errors, a smooth pattern or several regions explain the scores.
+    tuple of DisplacedRegion
+        The clearest first. A single one is the smaller part: nothing tells it from a
+        displacement of all others. None where chance, larger errors, a smooth pattern
+        or too many regions explain the scores.
     """
     if len(xy) < 2 * FEWEST_POINTS:
-        return None
+        return ()
     scan = _Scan(checks, weights, xy)
-    worst = scan.worst()
-    if worst.p_value > FINDING_SIGNIFICANCE:
-        return None
-    found = [scan.refined(start) for start in scan.starts()]
-    region = max(found, key=lambda each: each.worth)
-    region = replace(region, certain=max(each.certain for each in found))
-    around = _Around(scan, region)
-    scan.take_out(region)
-    if (
-        around.tail() > SYSTEMATIC_SIGNIFICANCE
-        or scan.worst().p_value <= SYSTEMATIC_SIGNIFICANCE
-        or around.smoothness() <= SYSTEMATIC_SIGNIFICANCE
-    ):
-        return None
-    return region.told(worst.p_value)
+    p_value = scan.worst().p_value
+    if p_value > FINDING_SIGNIFICANCE:
+        return ()
+    # regions that touch may look like one: then another one is taken out first
+    for first in scan.clearest()[:MOST_FIRST]:
+        found, p_values, left = _with_further(scan, first)
+        if left > SYSTEMATIC_SIGNIFICANCE:
+            if _are_regions(scan, found):
+                parts = zip(found, [p_value, *p_values], strict=True)
+                return tuple(scan.told(*one, at) for at, one in enumerate(parts))
+            if len(found) == 1:
+                break
+    return ()
+
+
+def _with_further(scan, first):
+    """Take out a region and all further ones.
+
+    Gives these regions, probabilities of the further ones, and that of what is left.
+    """
+    found, p_values = [first], []
+    scan.take_out(found)
+    while (p_value := scan.worst().p_value) <= FINDING_SIGNIFICANCE:
+        further = scan.clearest() if len(found) < MOST_REGIONS else []
+        if not further:
+            break
+        found = scan.beside_each_other([*found, further[0]])
+        p_values.append(p_value)
+        scan.take_out(found)
+    return found, p_values, p_value
+
+
+def _are_regions(scan, found):
+    """Whether regions that were taken out are neither chance nor a smooth pattern."""
+    n_others = len(scan.xy) - sum(len(region.rows) for region in found)
+    around = [_Around(scan, region) for region in found]
+    return n_others >= FEWEST_POINTS and all(
+        each.tail() <= SYSTEMATIC_SIGNIFICANCE
+        and each.smoothness() > SYSTEMATIC_SIGNIFICANCE
+        for each in around
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,26 +141,19 @@ class _Region:
     """A region with the points that belong to it, and what the scores say of it."""
 
     rows: np.ndarray
+    tried: _Tried
     shown: np.ndarray  # complex (n,): W p
-    information: float  # pᵀ W p
-    amplitude: complex
     # χ² of it, and what of that is beyond the choice of single points
     square: float
     certain: float
     worth: float  # χ² less what its single points had to add at least
-
-    def told(self, p_value):
-        """What is known of it."""
-        shift = np.array([self.amplitude.real, self.amplitude.imag])
-        error = float(self.information**-0.5)
-        return DisplacedRegion(self.rows, shift, error, float(p_value))
 
 
 class _Scan:
     """Scores, and what is known of regions by them."""
 
     def __init__(self, checks, weights, xy):
-        self.scores, self.times, self.xy = checks.scores, checks.times, xy
+        self.given, self.times, self.xy = checks.scores, checks.times, xy
         self.regions = regions_of(xy)
         drawn = self.regions @ checks.draw(N_DRAWS, seed=0)
         n_parts = 2 if np.iscomplexobj(drawn) else 1
@@ -140,7 +161,7 @@ class _Scan:
         self.information = (np.abs(drawn) ** 2).sum(axis=1) / (n_parts * N_DRAWS)
         self.is_exact = np.zeros(len(self.information), dtype=bool)
         self.least = LEAST_INFORMATION * (self.regions @ weights)
-        self.lost = np.zeros(len(self.information))
+        self.take_out(())
 
     @property
     def n_tried(self):
@@ -192,32 +213,44 @@ class _Scan:
         return found
 
     def block(self, rows):
-        """Information of some points before anything is taken out, (n_rows, n_rows)."""
+        """Information of some points beside what was taken out, (n_rows, n_rows)."""
         n, ones = len(self.xy), np.ones(len(rows))
         picked = sparse.csc_array((ones, (rows, np.arange(len(rows)))), (n, len(rows)))
-        return self.times(picked)[rows]
+        shown = self.shown[rows]
+        return self.times(picked)[rows] - shown @ self.cofactor @ shown.conj().T
 
     def refined(self, tried):
-        """A region with the points that belong to it, one by one."""
-        rows, certain = tried.members, tried.square
+        """A region with the points that belong to it, one by one, and to no other."""
+        members = tried.members[~self.is_taken[tried.members]]
+        rows, certain = members, self._of_rows(members)[1]
         for _ in range(MOST_ROUNDS):
             near = np.unique(np.append(rows, _neighbours(self.xy, rows)))
+            near = near[~self.is_taken[near]]
             if len(near) > MOST_AROUND:
                 break
             before = rows
-            is_in, square = self._refined_among(near, rows, tried.members)
+            is_in, square = self._refined_among(near, rows, members)
             rows, certain = near[is_in], max(certain, square)
             if np.array_equal(rows, before):
                 break
+        shown, square = self._of_rows(rows)
+        n_changed = len(np.setxor1d(rows, members))
+        worth = square - LEAST_GAIN * n_changed
+        return _Region(rows, tried, shown, square, certain, worth)
+
+    def _is_free(self, tried):
+        """Whether enough points of a region are in no region that was taken out."""
+        return np.count_nonzero(~self.is_taken[tried.members]) >= FEWEST_POINTS
+
+    def _of_rows(self, rows):
+        """W p of some points, and their χ² beside what was taken out."""
         one = np.zeros((len(self.xy), 1))
         one[rows] = 1.0
         shown = self.times(one)[:, 0]
-        information = float(np.real(shown[rows].sum()))
-        amplitude = self.scores[rows].sum() / information
-        square = abs(amplitude) ** 2 * information
-        n_changed = len(np.setxor1d(rows, tried.members))
-        worth = square - LEAST_GAIN * n_changed
-        return _Region(rows, shown, information, amplitude, square, certain, worth)
+        lost = self.shown[rows].sum(axis=0)
+        lost = np.real(lost @ self.cofactor @ lost.conj())
+        information = float(np.real(shown[rows].sum()) - lost)
+        return shown, abs(self.scores[rows].sum()) ** 2 / information
 
     def _refined_among(self, near, rows, first):
         """As ``_refine``, of points ``near``, those that were in it at ``first``."""
@@ -225,14 +258,47 @@ class _Scan:
         was_in, is_in = np.isin(near, first), np.isin(near, rows)
         return _refine(self.scores[near], self.block(near), is_in, was_in, n_lost)
 
-    def take_out(self, region):
-        """Go on with what a region does not explain."""
-        self.scores = self.scores - region.shown * region.amplitude
-        self.lost = np.abs(self.regions @ region.shown) ** 2 / region.information
+    def clearest(self):
+        """The clearest regions with the points that belong to them, best first."""
+        starts = self.starts()
+        found = [self.refined(start) for start in starts if self._is_free(start)]
+        found.sort(key=lambda each: -each.worth)
+        certain = max((each.certain for each in found), default=0.0)
+        return [replace(each, certain=certain) for each in found[:1]] + found[1:]
+
+    def beside_each_other(self, regions):
+        """Each region once more, beside all others."""
+        regions = list(regions)
+        for place in range(len(regions)):
+            self.take_out(regions[:place] + regions[place + 1 :])
+            if self._is_free(regions[place].tried):
+                regions[place] = self.refined(regions[place].tried)
+        return regions
+
+    def take_out(self, regions):
+        """Go on with what regions, all together, do not explain."""
+        n = len(self.given)
+        columns = [region.shown for region in regions]
+        self.shown = np.column_stack(columns) if columns else np.zeros((n, 0))
+        members = np.zeros((len(regions), n))
+        for row, region in zip(members, regions, strict=True):
+            row[region.rows] = 1.0
+        self.is_taken = members.any(axis=0)
+        self.cofactor = np.linalg.inv(members @ self.shown)
+        self.shifts = self.cofactor @ (members @ self.given)
+        self.scores = self.given - self.shown @ self.shifts
+        shown = self.regions @ self.shown
+        self.lost = np.real(np.sum((shown @ self.cofactor) * shown.conj(), axis=1))
+
+    def told(self, region, p_value, place):
+        """What is known of a region that was taken out with others."""
+        shift, variance = self.shifts[place], np.real(self.cofactor[place, place])
+        shift = np.array([shift.real, shift.imag])
+        return DisplacedRegion(region.rows, shift, float(variance**0.5), float(p_value))
 
 
 class _Around:
-    """Points in and around a region, thinned where they are many, without it."""
+    """Points in and around a region, thinned where they are many."""
 
     def __init__(self, scan, region):
         middle = scan.xy[region.rows].mean(axis=0)
@@ -240,10 +306,7 @@ class _Around:
         n_near = max(3 * len(region.rows), MOST_AROUND)
         near = np.argsort(apart, kind="stable")[:n_near]
         rows = np.sort(near[:: -(-len(near) // MOST_AROUND)])
-        shown = region.shown[rows]
-        taken_out = np.outer(shown, shown.conj()) / region.information
-        self.information = scan.block(rows) - taken_out
-        self.scores = (scan.scores - region.shown * region.amplitude)[rows]
+        self.information, self.scores = scan.block(rows), scan.scores[rows]
         self.xy, self.region, self.n_tried = scan.xy[rows], region, scan.n_tried
 
     def smoothness(self):
@@ -300,69 +363,3 @@ def _refine(scores, information, is_in, was_in, n_lost):
 def _neighbours(xy, rows, n_neighbours=8):
     n_nearest = min(n_neighbours, len(xy))
     return cKDTree(xy).query(xy[rows], n_nearest)[1].ravel()
-
-
-def regions_of(xy):
-    """Round regions all over some points, and all on one side of straight lines.
-
-    Of all sizes; sparse, (n_regions, n): 1 where a point is in it. Where that is more
-    than half of them the others are. So that there are not too many the smallest are
-    left out in a large block, and large ones are tried in fewer places.
-    """
-    n = len(xy)
-    sizes, n_places = _sizes(n)
-    centres = _spread(xy, max(n_places))
-    tree = cKDTree(xy)
-    found = [
-        _smaller_parts(tree.query(xy[centres[:n_here]], size)[1], n)
-        for size, n_here in zip(sizes, n_places, strict=True)
-    ]
-    return sparse.vstack([*found, *_sides(xy, sizes)], format="csr")
-
-
-def _smaller_parts(inside, n):
-    """Regions of points ``inside``, (n_regions, size), or of the others: sparse."""
-    n_regions, size = inside.shape
-    if 2 * size <= n:
-        pointer = np.arange(n_regions + 1) * size
-        entries = np.ones(inside.size), inside.ravel(), pointer
-        return sparse.csr_array(entries, shape=(n_regions, n))
-    others = np.ones((n_regions, n))
-    np.put_along_axis(others, inside, 0.0, axis=1)
-    return sparse.csr_array(others)
-
-
-def _sides(xy, sizes):
-    """Points on one side of lines in many directions, of all sizes, as regions."""
-    offset = xy - xy.mean(axis=0)
-    angle = np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS
-    along = offset @ np.stack([np.cos(angle), np.sin(angle)])
-    order = np.argsort(along, axis=0, kind="stable").T
-    return [_smaller_parts(order[:, :size], len(xy)) for size in sizes]
-
-
-def _sizes(n):
-    """Numbers of points of regions, and in how many places each is tried."""
-    sizes = [FEWEST_POINTS]
-    while (size := max(int(SIZE_STEP * sizes[-1]), sizes[-1] + 1)) <= n - FEWEST_POINTS:
-        sizes.append(size)
-    smaller = np.minimum(sizes, n - np.array(sizes))
-    n_places = np.minimum(-(-PLACES_PER_SIZE * n // smaller), n)
-    # the smallest are the most
-    order = np.argsort(-smaller, kind="stable")
-    is_tried = np.zeros(len(sizes), dtype=bool)
-    is_tried[order[np.cumsum(n_places[order]) <= MOST_TRIED]] = True
-    return np.array(sizes)[is_tried], n_places[is_tried]
-
-
-def _spread(xy, n_wanted):
-    """Points that are spread over all, the first of them as evenly as can be."""
-    chosen = np.empty(n_wanted, dtype=np.int64)
-    apart = np.sum((xy - xy.mean(axis=0)) ** 2, axis=1)
-    place = int(np.argmin(apart))
-    apart = np.full(len(xy), np.inf)
-    for k in range(n_wanted):
-        chosen[k] = place
-        apart = np.minimum(apart, np.sum((xy - xy[place]) ** 2, axis=1))
-        place = int(np.argmax(apart))
-    return chosen

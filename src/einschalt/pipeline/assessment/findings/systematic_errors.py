@@ -141,39 +141,47 @@ def contradicting_control_of_adjustment(adjusted):
 
 
 def displaced_region(examined):
-    """A region whose given coordinates are off together, all by the same vector."""
-    region = examined.displaced_region
-    if region is None:
+    """Regions whose given coordinates are off, all of each by the same vector."""
+    regions = examined.displaced_regions
+    if not regions:
         return None
-    (easting, northing), middle = region.shift, region.middle
     is_new = (examined.points["role"] == "new").to_numpy()
     moved = examined.moved_by_region[is_new]
+    first, *others = (_told_region(region) for region in regions)
+    is_told = not any(region.may_be_the_others for region in regions)
     return finding(
         "displaced_region",
-        names=region.point_ids,
+        names=[name for region in regions for name in region.point_ids],
         statistic="shift of a region of given points",
-        observed=region.size,
+        observed=regions[0].size,
         expected=0.0,
-        probability=region.p_value,
-        remedy="compare_both_parts"
-        if region.may_be_the_others
-        else "correct_region_or_give_group",
+        probability=max(region.p_value for region in regions),
+        remedy="correct_region_or_give_group" if is_told else "compare_both_parts",
         facts={
-            "n_points": len(region.point_ids),
-            "n_given": region.n_given,
-            "easting": easting,
-            "northing": northing,
-            "size": region.size,
-            "standard_error": region.standard_error,
-            "middle_easting": middle[0],
-            "middle_northing": middle[1],
-            "extent": region.extent,
-            "n_control": len(region.control_ids),
-            "control": region.control_ids[:MOST_NAMED],
-            "control_is_alike": region.control_is_alike,
+            **first,
+            "further_regions": tuple(others),
             "moved": float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
         },
     )
+
+
+def _told_region(region):
+    (easting, northing), middle = region.shift, region.middle
+    return {
+        "n_points": len(region.point_ids),
+        "points": region.point_ids[:MOST_NAMED],
+        "n_given": region.n_given,
+        "easting": easting,
+        "northing": northing,
+        "size": region.size,
+        "standard_error": region.standard_error,
+        "middle_easting": middle[0],
+        "middle_northing": middle[1],
+        "extent": region.extent,
+        "n_control": len(region.control_ids),
+        "control": region.control_ids[:MOST_NAMED],
+        "control_is_alike": region.control_is_alike,
+    }
 
 
 TWO_STEP = (

@@ -115,8 +115,8 @@ BELIEVE_ASSUMED = mark(
     "points taken for independent. Errors that these share are not in it."
 )
 BELIEVE_DISPLACED = mark(
-    "Use the figure of the first line for all points together: it includes what the "
-    "displaced region does to them; standard_error_checked has it point by point."
+    "Use the figure of the first line for all points together: it includes what "
+    "displaced regions do to them; standard_error_checked has it point by point."
 )
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,

@@ -1,5 +1,6 @@
 """What to say of affinity of film and of strain of the control network."""
 
+from dataclasses import replace
 from math import isfinite
 
 from einschalt.foundations.display_names import printable
@@ -64,9 +65,19 @@ BROKEN = mark(
 REGION = mark(
     "{n_points} of {n_given:count approximate point} are displaced together against "
     "all others, by easting {easting:length}, northing {northing:length} (standard "
-    "error of each {standard_error:length}): {names:names of n_points}. The region is "
+    "error of each {standard_error:length}): {points:names of n_points}. The region is "
     "{extent:length} across, about easting {middle_east}, northing {middle_north}. It "
     "moves the new points by {moved:length} (RMS)"
+)
+REGIONS = mark(
+    "{n_regions} regions of given coordinates are displaced, each by a vector of its "
+    "own: they move the new points by {moved:length} (RMS)"
+)
+OF_REGIONS = mark(
+    "{n_points} of {n_given:count approximate point}, by easting {easting:length}, "
+    "northing {northing:length} (standard error of each {standard_error:length}): "
+    "{points:names of n_points}. The region is {extent:length} across, about easting "
+    "{middle_east}, northing {middle_north}."
 )
 CONTROL_ALIKE = mark(
     "Control in the region is displaced as well: {control:names of n_control}."
@@ -124,20 +135,44 @@ def broken_network(finding):
 def displaced_region(finding):
     """Which points, how far off and where; and whether control is off with them."""
     facts = finding.facts
-    details = ()
-    if facts["n_control"]:
-        words = CONTROL_ALIKE if facts["control_is_alike"] else CONTROL_APART
-        details = (filled(words, finding),)
+    further = [
+        replace(finding, facts={**facts, **part})
+        for part in facts.get("further_regions", ())
+    ]
+    if further:
+        parts = [finding, *further]
+        message = filled(REGIONS, finding, n_regions=str(len(parts)))
+        details = [
+            line
+            for part in parts
+            for line in (_place(OF_REGIONS, part), *_control(part))
+        ]
+    else:
+        message, details = _place(REGION, finding), _control(finding)
     return Suggestion(
-        filled(
-            REGION,
-            finding,
-            middle_east=fixed(facts["middle_easting"], 0),
-            middle_north=fixed(facts["middle_northing"], 0),
-        ),
+        message,
         translated(REMEDIES[finding.remedy]),
         details=(*details, *explained(facts.get("explains", ()))),
     )
+
+
+def _place(words, finding):
+    """A sentence on one region."""
+    return filled(
+        words,
+        finding,
+        middle_east=fixed(finding.facts["middle_easting"], 0),
+        middle_north=fixed(finding.facts["middle_northing"], 0),
+    )
+
+
+def _control(finding):
+    """Whether control in a region is displaced as well; no line without control."""
+    facts = finding.facts
+    if not facts["n_control"]:
+        return ()
+    words = CONTROL_ALIKE if facts["control_is_alike"] else CONTROL_APART
+    return (filled(words, finding),)
 
 
 WORDS = mark_each(

@@ -113,7 +113,7 @@ def test_what_follows_is_told_under_it(displaced):
     assert codes["claim_that_does_not_stand"].explained_by == "displaced_region"
     assert result.assessment.causes[0] == "displaced_region"
     head = result.summary().splitlines()[0]
-    assert "outside the displaced region; check the displaced points first" in head
+    assert "outside displaced regions; check the displaced points first" in head
     assert "approximate points are displaced together" in " ".join(
         result.summary().split()
     )
@@ -146,7 +146,7 @@ def test_of_two_parts_about_alike_nothing_tells_which():
 @pytest.mark.parametrize("seed", range(40, 46))
 def test_nothing_is_found_in_clean_blocks(seed):
     result = densified(given(seed)[0])
-    assert result.examination.displaced_region is None
+    assert result.examination.displaced_regions == ()
     assert np.isnan(result.assessment.credible.elsewhere)
 
 
@@ -156,15 +156,53 @@ def test_m_g_that_is_too_small_is_no_region(seed):
 
 
 def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_result):
-    assert good_result.examination.displaced_region is None
+    assert good_result.examination.displaced_regions == ()
     block, _, names = displaced
     known = block.approximate_points
     group = np.where(known["point_id"].isin(names), "corner", "")
     grouped = replace(block, approximate_points=known.assign(group=group))
-    assert densified(grouped).examination.displaced_region is None
+    assert densified(grouped).examination.displaced_regions == ()
 
 
 def test_of_several_passes_the_first_is_looked_at(displaced):
     block, _, names = displaced
     found = found_in(densified(block, iterations=3))
     assert len(set(found.names) & names) > 0.85 * len(names)
+
+
+def two_regions(seed):
+    """Two corners that are off, in different directions."""
+    first, truth, names = given(seed, corner)
+    points = first.approximate_points
+
+    def opposite(table):
+        apart = table[PLAN] - points[PLAN].min()
+        return np.hypot(*apart.to_numpy().T) < 1100.0
+
+    far = set(points.loc[opposite(points), "point_id"])
+    moved = {}
+    for table in ("approximate_points", "control_points"):
+        frame = getattr(first, table).copy()
+        frame.loc[frame["point_id"].isin(far), PLAN] += [0.1, 0.28]
+        moved[table] = frame
+    return replace(first, **moved), truth, (names, far)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_regions_are_named_in_one_finding(method):
+    block, truth, regions = two_regions(34)
+    result = densified(block, method, tolerance=0.15)
+    facts = found_in(result).facts
+    assert len(facts["further_regions"]) == 1
+    both = regions[0] | regions[1]
+    named = set(found_in(result).names)
+    assert len(named & both) > 0.85 * len(named | both)
+    new, miss = true_errors(result, truth)
+    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+    is_in = new.index.isin(both)
+    checked = new["standard_error_checked"].to_numpy()
+    assert 0.7 < rms(miss[is_in] / checked[is_in]) < 1.3
+    assert not new["is_within_tolerance"][is_in].any()
+    said = " ".join(result.summary().split())
+    assert "2 regions of given coordinates are displaced" in said
+    assert said.count("standard error of each") == 2

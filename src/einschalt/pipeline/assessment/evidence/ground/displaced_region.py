@@ -1,12 +1,12 @@
-"""A region whose given approximate coordinates are displaced, and what follows from it.
+"""Regions whose given approximate coordinates are displaced, and what follows.
 
 Where no high flight makes them, a part of a network, a strip or a photograph may have
 put the approximate coordinates of neighbours off together, and control with them. Each
 model lies where its points are, so that residuals show it at the rim only; all models
 adjusted at once, with the given points as observations, show it as clearly as can be.
 
-The block is computed once more with the region where the others have it: what moves is
-what the region does to the points, and what is left is what the others are worth.
+The block is computed once more with the regions where the others have them: what moves
+is what they do to the points, and what is left is what the others are worth.
 
 See docs/theory/claim.md.
 """
@@ -32,7 +32,7 @@ from einschalt.stages.error_propagation.error_model import (
     model_of_block,
 )
 from einschalt.stages.error_propagation.given_points import PLAN
-from einschalt.theory.adjustment.displaced_regions import find_displaced_region
+from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import total_from_coordinate
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
@@ -43,8 +43,8 @@ from einschalt.theory.block_adjustment.control_information import (
 LEAST_GIVEN_ERROR = 0.1
 # of larger blocks the test takes longer than everything else
 MOST_GIVEN = 20_000
-# of the given points: of two parts as large as this nothing tells which one is off
-LARGEST_SHARE = 1.0 / 3.0
+# of the other points: of two parts as large as this nothing tells which one is off
+LARGEST_PART = 1.0 / 2.0
 SURELY = 3.0  # standard errors by which a shift may be less than it seems
 COMPLEX = np.array([1.0, 1j])
 
@@ -62,6 +62,7 @@ class GivenRegion:
     p_value: float  # by chance, of all regions that were tried together
     control_ids: tuple[str, ...]  # control points in it
     control_is_alike: bool  # whether these are displaced as well
+    n_elsewhere: int  # approximate points in no region that is displaced
 
     @property
     def size(self):
@@ -70,70 +71,75 @@ class GivenRegion:
 
     @property
     def may_be_the_others(self):
-        """Whether nothing tells which part is off."""
-        return len(self.point_ids) > LARGEST_SHARE * self.n_given
+        """Whether nothing tells which part is off: it, or those in no region."""
+        return len(self.point_ids) > LARGEST_PART * self.n_elsewhere
 
 
 class BesideDisplacedRegion:
-    """What can be asked of an examination about a displaced region."""
+    """What can be asked of an examination about displaced regions."""
 
     @cached_property
-    def displaced_region(self):
-        """GivenRegion that puts the points off, or None."""
+    def displaced_regions(self):
+        """Each GivenRegion that puts the points off, the clearest first."""
         two_step = self.two_step
         if not two_step.is_possible:
-            return None
+            return ()
         if two_step is self:
-            return find_given_region(self)
-        region = two_step.displaced_region
+            return find_given_regions(self)
         # an adjustment follows control alone
-        is_held = region is not None and region.control_ids and region.control_is_alike
-        return region if is_held else None
+        return tuple(
+            region
+            for region in two_step.displaced_regions
+            if region.control_ids and region.control_is_alike
+        )
 
     @cached_property
     def corrected(self):
-        """Examination of the block with the region where the others have it.
+        """Examination of the block with the regions where the others have them.
 
         None without a region.
         """
-        region, solution = self.displaced_region, self.solution
-        if region is None:
+        solution = self.solution
+        if not self.displaced_regions:
             return None
         is_in_two_steps = isinstance(solution, TwoStepSolution)
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
-        block = _corrected(solution.block, region)
+        block = solution.block
+        for region in self.two_step.displaced_regions:
+            block = _corrected(block, region)
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
-        # one is looked for
-        vars(again.two_step)["displaced_region"] = None
-        vars(again)["displaced_region"] = None
+        # they are looked for
+        vars(again.two_step)["displaced_regions"] = ()
+        vars(again)["displaced_regions"] = ()
         return again
 
     @cached_property
     def moved_by_region(self):
-        """How far the region puts each point off, TOTAL (n_points,) [m].
+        """How far the regions put each point off, TOTAL (n_points,) [m].
 
-        Where nothing tells which part is off, the points of either.
+        Where nothing tells which part is off, the points of any.
         """
-        points, region = self.solution.points, self.displaced_region
-        if region is None:
+        points = self.solution.points
+        if not self.displaced_regions:
             return np.zeros(len(points))
         there = self.corrected.solution.points.set_index("point_id")[PLAN]
         there = there.reindex(points["point_id"]).to_numpy(dtype=float)
         moved = np.nan_to_num(values_of(points, PLAN) - there)
-        by_either = np.hypot(*moved.T), np.hypot(*(moved - region.shift).T)
-        if not region.may_be_the_others:
-            return by_either[0]
+        others = [
+            each.shift for each in self.displaced_regions if each.may_be_the_others
+        ]
+        by_each = [np.hypot(*(moved - shift).T) for shift in ((0.0, 0.0), *others)]
         is_new = (points["role"] == "new").to_numpy()
-        return max(by_either, key=lambda each: float(np.sum(each[is_new] ** 2)))
+        return max(by_each, key=lambda each: float(np.sum(each[is_new] ** 2)))
 
 
 def _in_silence(_stage):
     """Report nothing: the work is done."""
 
 
-def find_given_region(two_step) -> GivenRegion | None:
-    """Look for a region of given approximate points that is displaced.
+def find_given_regions(two_step) -> tuple[GivenRegion, ...]:
+    """Look for regions of given approximate points that are displaced.
 
     None where chance explains everything, or an error as large as is stated of each
     point, which neighbours may share; where there is a high flight, groups or a
@@ -141,22 +147,24 @@ def find_given_region(two_step) -> GivenRegion | None:
     """
     block, known = two_step.block, two_step.block.approximate_points
     if block.high_flight is not None or known is None or errors_are_stated(block):
-        return None
+        return ()
     is_oriented = block.low_flight.is_oriented_numerically
     if is_oriented or len(known) > MOST_GIVEN or two_step.error_model is None:
-        return None
+        return ()
     places, errors, flight, given = _observations(two_step)
     if not len(flight.model):
-        return None
+        return ()
     checks = control_checks([flight], given)
-    xy = values_of(known, PLAN)[places]
-    found = find_displaced_region(checks, given.weight, xy)
-    if found is None:
-        return None
-    # what neighbours share may be as large as what is stated of each
-    stated = total_from_coordinate(np.median(errors[places][found.rows]))
-    surely = np.hypot(*found.shift) - SURELY * found.standard_error
-    return None if surely <= stated else _told(block, known.iloc[places], found)
+    known = known.iloc[places]
+    found = find_displaced_regions(checks, given.weight, values_of(known, PLAN))
+    n_elsewhere = len(known) - sum(len(region.rows) for region in found)
+    for region in found:
+        # what neighbours share may be as large as what is stated of each
+        stated = total_from_coordinate(np.median(errors[places][region.rows]))
+        surely = np.hypot(*region.shift) - SURELY * region.standard_error
+        if surely <= stated:
+            return ()
+    return tuple(_told(block, known, region, n_elsewhere) for region in found)
 
 
 def _observations(two_step):
@@ -195,7 +203,7 @@ def _given_errors(model):
     return np.sqrt(sum(each)[:, 0, 0])
 
 
-def _told(block, known, found):
+def _told(block, known, found, n_elsewhere):
     """The region by its names, with the control points in it."""
     inside = known.iloc[found.rows]
     xy = values_of(inside, PLAN)
@@ -222,6 +230,7 @@ def _told(block, known, found):
         p_value=float(found.p_value),
         control_ids=names,
         control_is_alike=alike,
+        n_elsewhere=n_elsewhere,
     )
 
 
