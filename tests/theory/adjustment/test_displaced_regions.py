@@ -43,7 +43,7 @@ class Checks:
 
 
 def all_found_in(given):
-    return find_displaced_regions(Checks(given), WEIGHTS, GRID)
+    return find_displaced_regions(Checks(given), WEIGHTS, GRID).regions
 
 
 def found_in(given):
@@ -148,10 +148,43 @@ def test_of_too_many_regions_none_is_named():
     assert found == ()
 
 
+LARGE = np.stack(np.meshgrid(*[np.arange(32) * 300.0] * 2), axis=-1).reshape(-1, 2)
+
+
+@pytest.mark.parametrize(
+    "is_in",
+    [
+        np.hypot(*(LARGE - 4800.0).T) < 2700.0,  # 253 points about the middle
+        np.hypot(*LARGE.T) < 5600.0,  # 282 in a corner
+        np.abs(LARGE[:, 1] - 4500.0) < 1400.0,  # a band from side to side
+        np.abs(LARGE @ [0.6, 0.8] - 6500.0) < 1300.0,  # a slanting one
+    ],
+)
+def test_large_regions_are_followed_along_their_rim(is_in):
+    n = len(LARGE)
+    rng = np.random.default_rng(9)
+    given = SIGMA * rng.standard_normal((n, 2)) + np.outer(is_in, SHIFT)
+    checks = Checks(given, (np.eye(n) - 1.0 / n) / SIGMA**2)
+    scan = find_displaced_regions(checks, np.full(n, SIGMA**-2.0), LARGE)
+    (found,) = scan.regions
+    assert overlap(found, is_in) > 0.95
+    assert found.shift == pytest.approx(SHIFT, abs=4.0 * found.standard_error)
+    assert scan.p_value < 1e-20
+
+
+def test_the_clearest_of_many_regions_is_told_where_none_is_named():
+    scan = find_displaced_regions(Checks(errors(3)), WEIGHTS, GRID)
+    assert scan.regions == ()
+    assert 100 < scan.n_tried < 3000
+    expected = min(scan.n_tried * np.exp(-scan.square / 2.0), 1.0)
+    assert scan.p_value == pytest.approx(expected)
+    assert scan.p_value > FINDING_SIGNIFICANCE
+
+
 def test_few_points_have_no_region():
     few = np.arange(2 * FEWEST_POINTS - 1)
     checks = Checks(np.full((len(few), 2), 1.0), np.eye(len(few)))
-    assert find_displaced_regions(checks, WEIGHTS[few], GRID[few]) == ()
+    assert find_displaced_regions(checks, WEIGHTS[few], GRID[few]).regions == ()
 
 
 def test_regions_are_of_all_sizes_and_not_too_many():

@@ -144,7 +144,7 @@ def with_shared_errors(findings) -> tuple[Finding, ...]:
         for found in findings
         if found.code == "contradicted_budget" and not found.explained_by
     )
-    if "correlation" not in kinds or not explained:
+    if not kinds & {"correlation", "region"} or not explained:
         return findings
     return with_consequences(cause, findings, explained)
 

@@ -12,7 +12,11 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.units import ground_from_image_um
-from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
+from einschalt.pipeline.assessment.evidence.claim import (
+    NEIGHBOURS,
+    REGIONS,
+    RESIDUALS,
+)
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     where_it_matters,
@@ -123,21 +127,17 @@ def figure_of_two_steps(examined) -> CredibleFigure:
 
 
 def _beside_region(examined):
-    """The figure without a displaced region, and how far that moves the new points.
+    """The figure without displaced regions, and how far these move the new points.
 
     A lower bound, since the others may be off instead.
     """
     rest = examined.corrected.credible
-    is_new = (examined.points["role"] == "new").to_numpy()
-    moved = (
-        np.sqrt(np.mean(examined.moved_by_region[is_new] ** 2)) if any(is_new) else 0
-    )
     return replace(
         rest,
-        value=float(np.hypot(rest.value, moved)),
+        value=float(np.hypot(rest.value, examined.moved_at_once)),
         is_lower_bound=True,
         reason=Reason.DISPLACED,
-        elsewhere=rest.value,
+        elsewhere=float(np.hypot(rest.value, examined.moved_outside)),
     )
 
 
@@ -216,7 +216,8 @@ def taken_up_by_models(examined) -> float:
     seen = residuals.observed / residuals.predicted
     if residuals in claim.rejected and seen < 1.0:
         return float(stated * np.sqrt(1.0 - seen**2))
-    if claim.of(NEIGHBOURS) not in claim.rejected:
+    alike = {claim.of(NEIGHBOURS), claim.of(REGIONS)} - {None}
+    if not alike & set(claim.rejected):
         return 0.0
     return float(np.hypot(stated * max(seen, 1.0), of_groups))
 

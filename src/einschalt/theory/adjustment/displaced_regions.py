@@ -37,12 +37,18 @@ N_DRAWS = 64
 # χ² from which a region is looked at: by draws it may be twice as large
 LOOKED_AT = 11.0
 MOST_AROUND = 250  # points in and around a region that are looked at together
+# of a larger one those at its rim are
+MOST_AT_RIM = 1000
+MOST_KEPT = 20_000_000  # numbers of W, not to be computed again
 MOST_ROUNDS = 6  # in which a region grows or shrinks by a row of points
+N_NEIGHBOURS = 8
 LEAST_RANK = 1e-6
 # of the weights of a region: what is known less of it is rounding
 LEAST_INFORMATION = 1e-6
 # χ² that a point must add, so that it is taken into a region or out of it
 LEAST_GAIN = 3.0
+# of what is known of a region, where a point less leaves nearly nothing of it
+LEAST_LEFT = 0.1
 # regions to begin with, and what two of them share at most
 MOST_STARTS, MOST_SHARED = 8, 0.7
 MOST_REGIONS = 3  # of a block that are displaced
@@ -59,7 +65,20 @@ class DisplacedRegion:
     p_value: float  # of all regions that were tried together
 
 
-def find_displaced_regions(checks, weights, xy) -> tuple[DisplacedRegion, ...]:
+@dataclass(frozen=True, eq=False)
+class RegionScan:
+    """What a scan finds, and how clear the clearest of its regions is."""
+
+    # the clearest first. A single one is the smaller part: nothing tells it from a
+    # displacement of all others. None where chance, larger errors, a smooth pattern or
+    # too many regions explain the scores
+    regions: tuple[DisplacedRegion, ...]
+    n_tried: int
+    square: float  # χ², of two degrees of freedom, of the clearest that was tried
+    p_value: float  # of all together; NaN where points are too few
+
+
+def find_displaced_regions(checks, weights, xy) -> RegionScan:
     """Find regions whose points are displaced, all of each by the same vector.
 
     Parameters
@@ -76,17 +95,23 @@ def find_displaced_regions(checks, weights, xy) -> tuple[DisplacedRegion, ...]:
 
     Returns
     -------
-    tuple of DisplacedRegion
-        The clearest first. A single one is the smaller part: nothing tells it from a
-        displacement of all others. None where chance, larger errors, a smooth pattern
-        or too many regions explain the scores.
+    RegionScan
     """
     if len(xy) < 2 * FEWEST_POINTS:
-        return ()
+        return RegionScan((), 0, 0.0, np.nan)
     scan = _Scan(checks, weights, xy)
-    p_value = scan.worst().p_value
-    if p_value > FINDING_SIGNIFICANCE:
-        return ()
+    clearest = scan.worst()
+    regions = ()
+    if clearest.p_value <= FINDING_SIGNIFICANCE:
+        regions = _named(scan, clearest.p_value)
+    return RegionScan(regions, scan.n_tried, clearest.square, clearest.p_value)
+
+
+def _named(scan, p_value):
+    """Regions that explain all that is clear; none where that may be something else.
+
+    ``p_value`` is the probability of the clearest one.
+    """
     # regions that touch may look like one: then another one is taken out first
     for first in scan.clearest()[:MOST_FIRST]:
         found, p_values, left = _with_further(scan, first)
@@ -154,6 +179,8 @@ class _Scan:
 
     def __init__(self, checks, weights, xy):
         self.given, self.times, self.xy = checks.scores, checks.times, xy
+        n_nearest = min(N_NEIGHBOURS, len(xy))
+        self.neighbours = cKDTree(xy).query(xy, n_nearest)[1]
         self.regions = regions_of(xy)
         drawn = self.regions @ checks.draw(N_DRAWS, seed=0)
         n_parts = 2 if np.iscomplexobj(drawn) else 1
@@ -161,6 +188,8 @@ class _Scan:
         self.information = (np.abs(drawn) ** 2).sum(axis=1) / (n_parts * N_DRAWS)
         self.is_exact = np.zeros(len(self.information), dtype=bool)
         self.least = LEAST_INFORMATION * (self.regions @ weights)
+        # columns of W, and where that of each point is
+        self.known, self.place = np.zeros((len(xy), 0)), np.full(len(xy), -1)
         self.take_out(())
 
     @property
@@ -214,23 +243,34 @@ class _Scan:
 
     def block(self, rows):
         """Information of some points beside what was taken out, (n_rows, n_rows)."""
-        n, ones = len(self.xy), np.ones(len(rows))
-        picked = sparse.csc_array((ones, (rows, np.arange(len(rows)))), (n, len(rows)))
         shown = self.shown[rows]
-        return self.times(picked)[rows] - shown @ self.cofactor @ shown.conj().T
+        return self._among(rows) - shown @ self.cofactor @ shown.conj().T
+
+    def _among(self, rows):
+        """W between some points; rims that follow each other have most in common."""
+        n = len(self.xy)
+        new = rows[self.place[rows] < 0]
+        if len(self.known) and self.known.shape[1] + len(new) > MOST_KEPT / n:
+            self.place[:], self.known, new = -1, np.zeros((n, 0)), rows
+        if len(new):
+            picked = np.ones(len(new)), (new, np.arange(len(new)))
+            shown = self.times(sparse.csc_array(picked, (n, len(new))))
+            self.place[new] = self.known.shape[1] + np.arange(len(new))
+            self.known = np.hstack([self.known, shown])
+        return self.known[np.ix_(rows, self.place[rows])]
 
     def refined(self, tried):
         """A region with the points that belong to it, one by one, and to no other."""
         members = tried.members[~self.is_taken[tried.members]]
-        rows, certain = members, self._of_rows(members)[1]
+        (shown, square), rows = self._of_rows(members), members
+        certain = square
         for _ in range(MOST_ROUNDS):
-            near = np.unique(np.append(rows, _neighbours(self.xy, rows)))
-            near = near[~self.is_taken[near]]
-            if len(near) > MOST_AROUND:
+            near = self._at_rim(rows)
+            if len(near) > MOST_AT_RIM:
                 break
             before = rows
-            is_in, square = self._refined_among(near, rows, members)
-            rows, certain = near[is_in], max(certain, square)
+            rows, gained = self._refined_at(near, rows, members)
+            certain = max(certain, gained)
             if np.array_equal(rows, before):
                 break
         shown, square = self._of_rows(rows)
@@ -238,25 +278,52 @@ class _Scan:
         worth = square - LEAST_GAIN * n_changed
         return _Region(rows, tried, shown, square, certain, worth)
 
+    def _at_rim(self, rows):
+        """Points that a region may lose or gain next: of a small one all in it."""
+        near = np.union1d(rows, self.neighbours[rows])
+        near = near[~self.is_taken[near]]
+        if len(near) <= MOST_AROUND:
+            return near
+        is_in = np.zeros(len(self.xy), dtype=bool)
+        is_in[rows] = True
+        is_outside = ~is_in[near]
+        return near[is_outside | ~is_in[self.neighbours[near]].all(axis=1)]
+
     def _is_free(self, tried):
         """Whether enough points of a region are in no region that was taken out."""
         return np.count_nonzero(~self.is_taken[tried.members]) >= FEWEST_POINTS
 
     def _of_rows(self, rows):
         """W p of some points, and their χ² beside what was taken out."""
-        one = np.zeros((len(self.xy), 1))
-        one[rows] = 1.0
-        shown = self.times(one)[:, 0]
-        lost = self.shown[rows].sum(axis=0)
-        lost = np.real(lost @ self.cofactor @ lost.conj())
-        information = float(np.real(shown[rows].sum()) - lost)
+        region = np.zeros(len(self.xy))
+        region[rows] = 1.0
+        shown = self.times(region[:, None])[:, 0]
+        lost = self.shown.T @ region
+        information = float(
+            np.real(shown @ region - lost @ self.cofactor @ lost.conj())
+        )
         return shown, abs(self.scores[rows].sum()) ** 2 / information
 
-    def _refined_among(self, near, rows, first):
-        """As ``_refine``, of points ``near``, those that were in it at ``first``."""
-        n_lost = np.count_nonzero(~np.isin(first, near))
+    def _beside_taken(self, region):
+        """W p of a region (n,) beside what was taken out."""
+        lost = self.shown.T @ region
+        shown = self.times(region[:, None])[:, 0]
+        return shown - self.shown @ (self.cofactor @ lost.conj())
+
+    def _refined_at(self, near, rows, first):
+        """A region whose points ``near`` were taken in or out, and what is certain.
+
+        As ``_refine`` has it; ``first`` are the rows that it began with.
+        """
+        region = np.zeros(len(self.xy))
+        region[rows] = 1.0
+        shown = np.real(self._beside_taken(region))
+        n_changed = len(np.setdiff1d(np.setxor1d(rows, first), near))
+        whole = shown[near], shown[rows].sum(), self.scores[rows].sum(), len(rows)
         was_in, is_in = np.isin(near, first), np.isin(near, rows)
-        return _refine(self.scores[near], self.block(near), is_in, was_in, n_lost)
+        choice = is_in, was_in, n_changed
+        is_in, certain = _refine(self.scores[near], self.block(near), *whole, *choice)
+        return np.union1d(np.setdiff1d(rows, near), near[is_in]), certain
 
     def clearest(self):
         """The clearest regions with the points that belong to them, best first."""
@@ -332,34 +399,32 @@ class _Around:
         return float(self.n_tried * (1.0 + self.region.certain / rest) ** -degrees)
 
 
-def _refine(scores, information, is_in, was_in, n_lost):
+def _refine(scores, information, shown, known, right, n_in, is_in, was_in, n_changed):
     """Take points into a region, or out of it, as long as it becomes clearer.
 
-    Gives which belong to it, and its χ² less what chance gains by every choice against
-    what it was; ``n_lost`` of that are not among the points.
+    ``scores`` and ``information`` are of the points that may change, ``shown`` what is
+    known of each by the region (W p), ``known``, ``right`` and ``n_in`` the sums of
+    information, of scores, and of points of the whole region, of which ``n_changed``
+    others have changed. Gives which of them belong to it, and its χ² less what chance
+    gains by every choice against what it was.
     """
-    is_in = is_in.copy()
+    is_in, shown = is_in.copy(), shown.copy()
     diagonal = np.real(np.diag(information))
-    price, certain = 2.0 * np.log(len(scores)), 0.0
+    price, certain = 2.0 * np.log(max(len(scores), 2)), 0.0
     for _ in range(len(scores)):
-        shown = np.real(information @ is_in)
-        known, right = shown[is_in].sum(), scores[is_in].sum()
         square = abs(right) ** 2 / known
-        n_changed = n_lost + np.count_nonzero(is_in != was_in)
-        certain = max(certain, square - price * n_changed)
+        n_all = n_changed + np.count_nonzero(is_in != was_in)
+        certain = max(certain, square - price * n_all)
         sign = np.where(is_in, -1.0, 1.0)
         others = known + 2.0 * sign * shown + diagonal
-        n_in = is_in.sum() + sign
-        is_allowed = (others > 0.1 * known) & (n_in >= FEWEST_POINTS)
+        is_allowed = (others > LEAST_LEFT * known) & (n_in + sign >= FEWEST_POINTS)
         squares = np.abs(right + sign * scores) ** 2
         squares = np.where(is_allowed, squares / np.where(is_allowed, others, 1.0), 0.0)
         best = int(np.argmax(squares))
         if squares[best] <= square + LEAST_GAIN:
             break
         is_in[best] = not is_in[best]
+        known, right = others[best], right + sign[best] * scores[best]
+        n_in += sign[best]
+        shown += sign[best] * np.real(information[:, best])
     return is_in, certain
-
-
-def _neighbours(xy, rows, n_neighbours=8):
-    n_nearest = min(n_neighbours, len(xy))
-    return cKDTree(xy).query(xy[rows], n_nearest)[1].ravel()

@@ -11,11 +11,13 @@ FEWEST_POINTS = 5  # of a region, and outside it
 SIZE_STEP = 1.25  # from one size of regions to the next
 PLACES_PER_SIZE = 8  # regions of a size that hold the same point, on the average
 N_DIRECTIONS = 8  # of lines that part the points
-MOST_TRIED = 2000  # regions in all
+MOST_TRIED = 2000  # round regions in all
+# bands between two lines, in blocks where they are more than a few rows of points wide
+BANDS_FROM, NARROWEST_BAND = 300, 1.0 / 12.0
 
 
 def regions_of(xy):
-    """Round regions all over some points, and all on one side of straight lines.
+    """Round regions all over some points, all on one side of lines, and bands.
 
     Of all sizes; sparse, (n_regions, n): 1 where a point is in it. Where that is more
     than half of them the others are. So that there are not too many the smallest are
@@ -45,12 +47,26 @@ def _smaller_parts(inside, n):
 
 
 def _sides(xy, sizes):
-    """Points on one side of lines in many directions, of all sizes, as regions."""
+    """Points on one side of lines in many directions, or between two of them."""
     offset = xy - xy.mean(axis=0)
     angle = np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS
     along = offset @ np.stack([np.cos(angle), np.sin(angle)])
     order = np.argsort(along, axis=0, kind="stable").T
-    return [_smaller_parts(order[:, :size], len(xy)) for size in sizes]
+    sides = [_smaller_parts(order[:, :size], len(xy)) for size in sizes]
+    return [*sides, *_bands(order, sizes)]
+
+
+def _bands(order, sizes):
+    """Points between two parallel lines, half a band apart from one to the next."""
+    n = order.shape[1]
+    if n < BANDS_FROM:
+        return []
+    return [
+        _smaller_parts(order[:, first : first + size], n)
+        for size in sizes
+        if NARROWEST_BAND * n <= size <= n / 2
+        for first in range(size // 2, n - size, size // 2)
+    ]
 
 
 def _sizes(n):

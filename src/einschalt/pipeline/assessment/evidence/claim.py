@@ -74,6 +74,8 @@ class Claim:
     # what is only assumed: that errors of given approximate coordinates are
     # independent, or that orientations are without errors
     assumption: str = ""
+    # why regions of given points were not looked for, a code; empty where they were
+    untested_regions: str = ""
     # coverage differences against the budget, which takes all values of a point for
     # independent. It is no claim where there is a propagated figure.
     paper: ClaimTest | None = None
@@ -160,6 +162,7 @@ COVERAGES = mark("coverage differences")
 COVERAGES_HIGH = mark("coverage differences, high flight")
 RESIDUALS = mark("residuals of the low flight")
 NEIGHBOURS = mark("correlation of neighbouring residuals")
+REGIONS = mark("shift of a region of given points, over its standard error")
 LEFT_OUT = mark("control points, each left out")
 KNOWN = mark_each({"check": "check points", "control": "control points"})
 # differences of what was measured apart: tested for being too small as well
@@ -190,6 +193,7 @@ class _ClaimTests:
             self._coverages(COVERAGES, self.differences, self.drawn.low),
             self._high_coverages(),
             *of_residuals,
+            self._regions(),
             self._left_out_control(),
             *(self._known_points(role) for role in self._roles()),
         )
@@ -197,6 +201,7 @@ class _ClaimTests:
             tuple(test for test in tests if test is not None),
             field,
             self._assumption(),
+            untested_regions=self.examined.region_scan.untested,
             paper=self._against_paper(),
         )
 
@@ -273,6 +278,16 @@ class _ClaimTests:
         )
         field = ResidualField(means.positions, means.vectors, of_draws)
         return (size, autocorrelation), field
+
+    def _regions(self):
+        """The clearest shift of a region of given approximate points."""
+        scan = self.examined.region_scan
+        if not scan.n_tried:
+            return None
+        # χ² of two degrees of freedom that one of so many exceeds on the average
+        expected = float(np.sqrt(2.0 * np.log(scan.n_tried)))
+        sizes = scan.clearest, expected, scan.p_value
+        return ClaimTest(REGIONS, scan.n_points, *sizes, is_length=False)
 
     def _left_out_control(self):
         """Control points of the high flight predicted from all the others."""

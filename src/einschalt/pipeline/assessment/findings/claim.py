@@ -6,7 +6,12 @@ from einschalt.pipeline.assessment.credibility import (
     beyond_stated,
     largest_measured,
 )
-from einschalt.pipeline.assessment.evidence.claim import KNOWN, NEIGHBOURS, RESIDUALS
+from einschalt.pipeline.assessment.evidence.claim import (
+    KNOWN,
+    NEIGHBOURS,
+    REGIONS,
+    RESIDUALS,
+)
 from einschalt.pipeline.assessment.findings.kinds import finding
 from einschalt.pipeline.assessment.known_points import (
     far_control,
@@ -15,7 +20,11 @@ from einschalt.pipeline.assessment.known_points import (
 
 DOUBT = "doubt_independence"
 MOST_PAIRS = 10
-KIND_OF_TEST = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
+KIND_OF_TEST = {
+    NEIGHBOURS: "correlation",
+    REGIONS: "region",
+    RESIDUALS: "residuals",
+}
 
 
 def claim_that_does_not_stand(two_step):

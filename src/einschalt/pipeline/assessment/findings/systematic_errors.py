@@ -145,8 +145,6 @@ def displaced_region(examined):
     regions = examined.displaced_regions
     if not regions:
         return None
-    is_new = (examined.points["role"] == "new").to_numpy()
-    moved = examined.moved_by_region[is_new]
     first, *others = (_told_region(region) for region in regions)
     is_told = not any(region.may_be_the_others for region in regions)
     return finding(
@@ -160,7 +158,7 @@ def displaced_region(examined):
         facts={
             **first,
             "further_regions": tuple(others),
-            "moved": float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
+            "moved": examined.moved_at_once,
         },
     )
 

@@ -19,6 +19,18 @@ ASSUMED = mark_each(
         "perfect_orientations": "Predicted for models with error-free orientation.",
     }
 )
+NO_REGIONS = mark_each(
+    {
+        "orientations": (
+            "Not tested: whether the given coordinates of a region are displaced "
+            "together, since errors of the orientations bend models, which looks alike."
+        ),
+        "too_many": (
+            "Not tested: whether the given coordinates of a region are displaced "
+            "together, since there are too many points for the test."
+        ),
+    }
+)
 # of what is measured beside what was predicted
 BY_PROPAGATION = mark("{length} by propagation (P {p})")
 BY_BUDGET = mark("{length} by Kovarik's budget (P {p})")
@@ -28,6 +40,8 @@ def section(claim) -> Section:
     """Set measured quantities beside what the stated precision predicts."""
     assumed = (translated(ASSUMED[claim.assumption]),) if claim.is_assumed else ()
     remarks = (*assumed, _meaning_of_p(), *_three_figures(claim))
+    if claim.untested_regions:
+        remarks = (*remarks, translated(NO_REGIONS[claim.untested_regions]))
     title = translated("Is the stated precision supported? (total, RMS)")
     return Section(title, _header(), _rows(claim), remarks)
 

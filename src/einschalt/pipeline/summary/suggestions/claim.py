@@ -57,6 +57,10 @@ NOT_SUPPORTED = mark("The stated precision is not supported: {tests}")
 CORRELATED = mark(
     "residuals of neighbours are correlated ({observed}, expected {expected})"
 )
+OF_REGION = mark(
+    "given points of a region are displaced together against the others ({observed} "
+    "standard errors, expected {expected})"
+)
 LARGER = mark("RMS of {quantity} is {observed}, expected {expected}")
 SMALLER = mark("RMS of {quantity} is only {observed}, expected {expected}")
 TOO_GOOD = mark("Coverages agree better than independent measurements would: {tests}")
@@ -78,6 +82,9 @@ def _rejected(test):
     if test["kind"] == "correlation":
         sizes = {"observed": fixed(observed, 2), "expected": fixed(expected, 2)}
         return translated(CORRELATED, **sizes)
+    if test["kind"] == "region":
+        sizes = {"observed": fixed(observed, 1), "expected": fixed(expected, 1)}
+        return translated(OF_REGION, **sizes)
     return translated(
         LARGER if observed > expected else SMALLER,
         quantity=translated(test["quantity"]),

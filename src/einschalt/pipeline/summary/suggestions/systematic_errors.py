@@ -15,12 +15,14 @@ REMEDIES = mark_each(
     {
         "correct_region_or_give_group": (
             "Check where their coordinates come from (part of a network, strip, "
-            "photograph, system), correct them, or give the points a group of their own"
+            "photograph, system) and correct them, control in the region as well; or "
+            "give the points a group of their own, with group_error_m as large as the "
+            "shift"
         ),
         "compare_both_parts": (
             "Nothing tells which part is off: compare where the coordinates of both "
             "come from (network, strip, photograph, system), and correct one of them, "
-            "or give each part a group"
+            "or give each part a group, with group_error_m as large as the shift"
         ),
         "check_network": (
             "Check the network there, and give control from another network, since "

@@ -75,17 +75,34 @@ class GivenRegion:
         return len(self.point_ids) > LARGEST_PART * self.n_elsewhere
 
 
+@dataclass(frozen=True)
+class GivenScan:
+    """What was looked for among given approximate points, and what was found."""
+
+    regions: tuple[GivenRegion, ...] = ()  # the clearest first
+    n_points: int = 0
+    n_tried: int = 0  # regions, 0 where nothing was looked for
+    # shift over its standard error, of the clearest; and its probability, of all
+    clearest: float = np.nan
+    p_value: float = np.nan
+    # why nothing was looked for, where that might have been: orientations, too_many
+    untested: str = ""
+
+
 class BesideDisplacedRegion:
     """What can be asked of an examination about displaced regions."""
+
+    @cached_property
+    def region_scan(self) -> GivenScan:
+        """The scan of the given approximate points of two steps."""
+        return scan_given_points(self) if self.is_possible else GivenScan()
 
     @cached_property
     def displaced_regions(self):
         """Each GivenRegion that puts the points off, the clearest first."""
         two_step = self.two_step
-        if not two_step.is_possible:
-            return ()
         if two_step is self:
-            return find_given_regions(self)
+            return self.region_scan.regions
         # an adjustment follows control alone
         return tuple(
             region
@@ -110,61 +127,98 @@ class BesideDisplacedRegion:
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
         # they are looked for
-        vars(again.two_step)["displaced_regions"] = ()
-        vars(again)["displaced_regions"] = ()
+        vars(again.two_step)["region_scan"] = GivenScan()
         return again
 
     @cached_property
     def moved_by_region(self):
         """How far the regions put each point off, TOTAL (n_points,) [m].
 
-        Where nothing tells which part is off, the points of any.
+        Where nothing tells which part is off, as far as any explanation has it.
         """
+        return self._moved_by_each.max(axis=0)
+
+    @cached_property
+    def moved_at_once(self):
+        """RMS of that of the new points by one explanation, the largest [m]."""
+        is_new = (self.solution.points["role"] == "new").to_numpy()
+        moved = self._moved_by_each[:, is_new]
+        return float(np.sqrt(np.mean(moved**2, axis=1).max())) if is_new.any() else 0.0
+
+    @cached_property
+    def _moved_by_each(self):
+        """By each explanation, (n_explanations, n_points) [m]."""
         points = self.solution.points
         if not self.displaced_regions:
-            return np.zeros(len(points))
+            return np.zeros((1, len(points)))
         there = self.corrected.solution.points.set_index("point_id")[PLAN]
         there = there.reindex(points["point_id"]).to_numpy(dtype=float)
         moved = np.nan_to_num(values_of(points, PLAN) - there)
         others = [
             each.shift for each in self.displaced_regions if each.may_be_the_others
         ]
-        by_each = [np.hypot(*(moved - shift).T) for shift in ((0.0, 0.0), *others)]
-        is_new = (points["role"] == "new").to_numpy()
-        return max(by_each, key=lambda each: float(np.sum(each[is_new] ** 2)))
+        return np.stack([np.hypot(*(moved - s).T) for s in ((0.0, 0.0), *others)])
+
+    @cached_property
+    def moved_outside(self):
+        """RMS of that of the new points outside the regions [m].
+
+        NaN without any, or where nothing tells which part is off.
+        """
+        regions, points = self.displaced_regions, self.solution.points
+        is_inside = np.zeros(len(points), dtype=bool)
+        for region in regions:
+            is_inside |= is_among(points["point_id"], region.point_ids)
+        moved = self.moved_by_region[~is_inside & (points["role"] == "new").to_numpy()]
+        is_told = not any(region.may_be_the_others for region in regions)
+        return float(np.sqrt(np.mean(moved**2))) if is_told and len(moved) else np.nan
 
 
 def _in_silence(_stage):
     """Report nothing: the work is done."""
 
 
-def find_given_regions(two_step) -> tuple[GivenRegion, ...]:
+def scan_given_points(two_step) -> GivenScan:
     """Look for regions of given approximate points that are displaced.
 
     None where chance explains everything, or an error as large as is stated of each
-    point, which neighbours may share; where there is a high flight, groups or a
-    correlation length say what points share, or errors of orientations bend models.
+    point, which neighbours may share. Nothing is looked for where there is a high
+    flight, where groups or a correlation length say what points share, and how much, or
+    where errors of orientations bend models.
     """
     block, known = two_step.block, two_step.block.approximate_points
-    if block.high_flight is not None or known is None or errors_are_stated(block):
-        return ()
-    is_oriented = block.low_flight.is_oriented_numerically
-    if is_oriented or len(known) > MOST_GIVEN or two_step.error_model is None:
-        return ()
+    is_said = errors_are_stated(block) and not two_step.has_untold_groups
+    if block.high_flight is not None or known is None or is_said:
+        return GivenScan()
+    if block.low_flight.is_oriented_numerically:
+        return GivenScan(untested="orientations")
+    if len(known) > MOST_GIVEN:
+        return GivenScan(untested="too_many")
+    if two_step.error_model is None:
+        return GivenScan()
     places, errors, flight, given = _observations(two_step)
     if not len(flight.model):
-        return ()
+        return GivenScan()
     checks = control_checks([flight], given)
     known = known.iloc[places]
-    found = find_displaced_regions(checks, given.weight, values_of(known, PLAN))
+    scan = find_displaced_regions(checks, given.weight, values_of(known, PLAN))
+    found = scan.regions if _exceeds_stated(scan.regions, errors[places]) else ()
     n_elsewhere = len(known) - sum(len(region.rows) for region in found)
-    for region in found:
-        # what neighbours share may be as large as what is stated of each
-        stated = total_from_coordinate(np.median(errors[places][region.rows]))
-        surely = np.hypot(*region.shift) - SURELY * region.standard_error
-        if surely <= stated:
-            return ()
-    return tuple(_told(block, known, region, n_elsewhere) for region in found)
+    regions = tuple(_told(block, known, region, n_elsewhere) for region in found)
+    clearest = float(np.sqrt(scan.square)), float(scan.p_value)
+    return GivenScan(regions, len(known), scan.n_tried, *clearest)
+
+
+def _exceeds_stated(regions, errors):
+    """Whether each shift surely exceeds what is stated of points, which may be shared.
+
+    ``errors`` (n,) of one coordinate of the given points [m].
+    """
+    return all(
+        np.hypot(*region.shift) - SURELY * region.standard_error
+        > total_from_coordinate(np.median(errors[region.rows]))
+        for region in regions
+    )
 
 
 def _observations(two_step):
