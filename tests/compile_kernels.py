@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import einschalt as es
 from einschalt.foundations.batches import n_cores
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.theory.block_adjustment import solver
 
 
 def orientations():
@@ -53,6 +54,8 @@ def compile_in_a_process(part):
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
+        # by fronts, of which blocks as small as these need none
+        solver.MOST_AT_ONCE = 0
         PARTS[sys.argv[1]]()
     else:
         with ThreadPoolExecutor(n_cores()) as pool:
