@@ -9,7 +9,7 @@ from einschalt.foundations.kernels import compilations_told_to
 PAUSE, PAUSE_IN_A_LOG = 2.0, 5.0  # seconds between two of these texts
 ENOUGH = 3  # kernels after which the time of the others can be guessed
 # that a block of the kind makes use of, as counted for the example blocks
-IN_THE_PLANE, FROM_IMAGES = 30, 42
+IN_THE_PLANE, FROM_IMAGES = 25, 34
 OF_LAYOUTS = 12  # as counted for plans, with an area or without
 
 
