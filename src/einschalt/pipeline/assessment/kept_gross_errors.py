@@ -17,7 +17,7 @@ from scipy.special import chdtrc
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.causes import with_consequences
+from einschalt.pipeline.assessment.causes import SHARED, with_consequences
 from einschalt.pipeline.assessment.choice import MOST_TRIED
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
@@ -45,7 +45,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
 OTHER_TARGETS = "other_targets"
-REGION = "displaced_region"
+REGION, CLAIM = "displaced_region", "claim_that_does_not_stand"
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
@@ -153,13 +153,44 @@ def with_displaced_region(examined, judges, findings):
     cause = next((found for found in findings if found.code == REGION), None)
     if cause is None:
         return findings
-    remaining = {found.code for found in findings_of(examined.corrected, judges)}
+    left = {found.code: found for found in findings_of(examined.corrected, judges)}
     explained = tuple(
         found.code
         for found in findings
-        if _may_follow(found) and found.code not in {REGION, *remaining}
+        if _may_follow(found) and found.code not in {REGION, *left}
     )
-    return with_consequences(cause, findings, explained)
+    beside = tuple(
+        _beside_region(found, left[CLAIM])
+        if found.code == CLAIM and CLAIM in left
+        else found
+        for found in findings
+    )
+    return with_consequences(cause, beside, explained)
+
+
+def _beside_region(claim, left):
+    """A claim that does not stand without the region either: by what is not of that.
+
+    Errors that neighbours share are doubted only where residuals of neighbours are
+    still alike.
+    """
+    quantities = {test["quantity"] for test in left.facts["rejected"]}
+    tests = claim.facts["rejected"]
+    tests = tuple(test for test in tests if test["quantity"] in quantities)
+    if not tests:  # what the region has hidden
+        return left
+    kinds = {test["kind"] for test in left.facts["rejected"]}
+    is_shared = left.remedy in SHARED and "correlation" not in kinds
+    worst = min(tests, key=lambda test: test["p_value"])
+    return replace(
+        claim,
+        statistic=worst["quantity"],
+        observed=worst["observed"],
+        expected=worst["predicted"],
+        probability=worst["p_value"],
+        remedy="doubt_sizes_of_errors" if is_shared else left.remedy,
+        facts={**claim.facts, "rejected": tests},
+    )
 
 
 def _without_points(examined, targets):

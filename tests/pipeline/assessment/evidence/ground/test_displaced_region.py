@@ -242,3 +242,16 @@ def test_two_regions_are_named_in_one_finding(method):
     said = " ".join(result.summary().split())
     assert "2 regions of given coordinates are displaced" in said
     assert said.count("standard error of each") == 2
+
+
+def test_what_is_left_beside_a_region_is_told_without_it():
+    """An m_g that is too small as well: nothing of errors that neighbours share."""
+    result = densified(given(32, corner, m_g=1.5)[0])
+    codes = {found.code: found for found in result.assessment.findings}
+    claim = codes["claim_that_does_not_stand"]
+    assert not claim.explained_by
+    assert claim.remedy == "doubt_sizes_of_errors"
+    quantities = {test["quantity"] for test in claim.facts["rejected"]}
+    assert quantities == {"coverage differences"}
+    assert claim.statistic == "coverage differences"
+    assert "share errors, such as" not in " ".join(result.summary().split())
