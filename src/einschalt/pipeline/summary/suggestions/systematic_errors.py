@@ -1,6 +1,5 @@
 """What to say of affinity of film and of strain of the control network."""
 
-from dataclasses import replace
 from math import isfinite
 
 from einschalt.foundations.display_names import printable
@@ -137,20 +136,17 @@ def broken_network(finding):
 def displaced_region(finding):
     """Which points, how far off and where; and whether control is off with them."""
     facts = finding.facts
-    further = [
-        replace(finding, facts={**facts, **part})
-        for part in facts.get("further_regions", ())
-    ]
+    further = facts.get("further_regions", ())
     if further:
-        parts = [finding, *further]
+        parts = [facts, *further]
         message = filled(REGIONS, finding, n_regions=str(len(parts)))
         details = [
             line
             for part in parts
-            for line in (_place(OF_REGIONS, part), *_control(part))
+            for line in (_place(OF_REGIONS, finding, part), *_control(finding, part))
         ]
     else:
-        message, details = _place(REGION, finding), _control(finding)
+        message, details = _place(REGION, finding, facts), _control(finding, facts)
     return Suggestion(
         message,
         translated(REMEDIES[finding.remedy]),
@@ -158,23 +154,21 @@ def displaced_region(finding):
     )
 
 
-def _place(words, finding):
+def _place(words, finding, part):
     """A sentence on one region."""
-    return filled(
-        words,
-        finding,
-        middle_east=fixed(finding.facts["middle_easting"], 0),
-        middle_north=fixed(finding.facts["middle_northing"], 0),
-    )
+    places = {
+        "middle_east": fixed(part["middle_easting"], 0),
+        "middle_north": fixed(part["middle_northing"], 0),
+    }
+    return filled(words, finding, **{**part, **places})
 
 
-def _control(finding):
+def _control(finding, part):
     """Whether control in a region is displaced as well; no line without control."""
-    facts = finding.facts
-    if not facts["n_control"]:
+    if not part["n_control"]:
         return ()
-    words = CONTROL_ALIKE if facts["control_is_alike"] else CONTROL_APART
-    return (filled(words, finding),)
+    words = CONTROL_ALIKE if part["control_is_alike"] else CONTROL_APART
+    return (filled(words, finding, **part),)
 
 
 WORDS = mark_each(
