@@ -162,7 +162,7 @@ COVERAGES = mark("coverage differences")
 COVERAGES_HIGH = mark("coverage differences, high flight")
 RESIDUALS = mark("residuals of the low flight")
 NEIGHBOURS = mark("correlation of neighbouring residuals")
-REGIONS = mark("shift of a region of given points, over its standard error")
+REGIONS = mark("shift of a region / standard error")
 LEFT_OUT = mark("control points, each left out")
 KNOWN = mark_each({"check": "check points", "control": "control points"})
 # differences of what was measured apart: tested for being too small as well
