@@ -6,6 +6,7 @@ from scipy.spatial.distance import cdist
 
 from einschalt.theory.adjustment.displaced_regions import (
     FEWEST_POINTS,
+    _Around,
     find_displaced_regions,
     regions_of,
 )
@@ -104,6 +105,34 @@ def test_a_smooth_pattern_is_no_region(length):
     smooth = [4.0 * SIGMA * root @ rng.standard_normal((N, 2)) for _ in range(20)]
     found = [found_in(errors(k) + field) for k, field in enumerate(smooth)]
     assert found.count(None) == len(found)
+
+
+def _among_larger_errors():
+    """A region where all errors are 1.4 times as large as stated."""
+    is_in = inside((1200.0, 1200.0), 650.0)
+    return errors(12, 1.4 * SIGMA) + 0.9 * np.outer(is_in, SHIFT)
+
+
+def _in_a_smooth_pattern():
+    is_in = inside((1200.0, 1200.0), 650.0)
+    root = np.linalg.cholesky(np.exp(-cdist(GRID, GRID) / 1500.0) + 1e-9 * np.eye(N))
+    smooth = root @ np.random.default_rng(101).standard_normal((N, 2))
+    return errors(1) + 1.2 * SIGMA * smooth + np.outer(is_in, SHIFT)
+
+
+@pytest.mark.parametrize(
+    ("test", "passed", "given"),
+    [
+        ("tail", 0.0, _among_larger_errors()),
+        ("smoothness", 1.0, _in_a_smooth_pattern()),
+    ],
+)
+def test_one_test_alone_keeps_a_region_from_being_named(
+    test, passed, given, monkeypatch
+):
+    assert found_in(given) is None
+    monkeypatch.setattr(_Around, test, lambda _: passed)
+    assert found_in(given) is not None
 
 
 def of_all(parts, shifts):
