@@ -27,9 +27,10 @@ TESTS = mark_each(
             "agree that it lies elsewhere than in the high flight."
         ),
         "displaced_region": (
-            "The shift of round regions of all sizes in an adjustment of all models "
-            "onto the approximate points, against chance in all of them together; "
-            "without it no smooth pattern may be left."
+            "The shift of round regions of all sizes, of all on one side of lines, and "
+            "of bands, in an adjustment of all models onto the approximate points, "
+            "against chance in all of them together; without it no smooth pattern may "
+            "be left."
         ),
         "measurements_given_twice": (
             "Whether points of two models or photographs have identical coordinates "

@@ -1,5 +1,7 @@
 """Which points keep the tolerance, and by which figure."""
 
+import math
+
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
@@ -29,6 +31,11 @@ FALLEN_STILL = mark(
     "None passes, since even so the stated precision is not supported: the true error "
     "is larger."
 )
+DISPLACED = mark(
+    "Figure used: what is left without displaced regions, and what these do to each "
+    "point."
+)
+FALLEN_TOGETHER = mark("None passes, since nothing tells which part is displaced.")
 UNTESTED = mark("The figure is not tested: no measurement could contradict it.")
 SUSPECTS = mark("{n:suspect does|suspects do} not pass: {names}.")
 MISSED = mark(
@@ -68,6 +75,8 @@ def _figure(used, credible):
     """Which figure decided, and whether it stands."""
     if not used.column:
         return (translated(UNKNOWN),)
+    if credible.reason is Reason.DISPLACED:
+        return _beside_regions(used, credible)
     is_adjusted = credible.reason in ADJUSTMENTS
     title = translated(ADJUSTED if is_adjusted else TITLES[used.column])
     if is_enlarged := used.factor > 1.0:
@@ -78,6 +87,13 @@ def _figure(used, credible):
     if not used.is_supported:
         remarks.append(translated(FALLEN_STILL if is_enlarged else FALLEN))
     return remarks if used.is_tested else [*remarks, translated(UNTESTED)]
+
+
+def _beside_regions(used, credible):
+    """The same where regions of given points are displaced."""
+    fallen = FALLEN_STILL if math.isfinite(credible.elsewhere) else FALLEN_TOGETHER
+    fallen = () if used.is_supported else (translated(fallen),)
+    return (translated(DISPLACED), *fallen)
 
 
 def _suspects(facts):

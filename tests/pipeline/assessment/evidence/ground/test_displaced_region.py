@@ -108,6 +108,9 @@ def test_other_points_are_not_punished(displaced, method):
     assert not new["is_within_tolerance"][is_in].any()
     assert new["is_within_tolerance"][~is_in].mean() > 0.7
     assert new["is_suspect"][is_in].mean() > 0.85
+    said = " ".join(result.summary().split())
+    assert "what these do to each point. None passes" not in said
+    assert "what these do to each point." in said
 
 
 def test_what_follows_is_told_under_it(displaced):
@@ -148,7 +151,9 @@ def test_of_two_parts_about_alike_nothing_tells_which():
     new, _ = true_errors(result, truth)
     assert rms(miss[miss > 0.2] / new["standard_error_checked"][miss > 0.2]) < 1.3
     assert np.isnan(result.assessment.credible.elsewhere)
-    assert "outside displaced regions" not in result.summary()
+    said = " ".join(result.summary().split())
+    assert "outside displaced regions" not in said
+    assert "None passes, since nothing tells which part is displaced." in said
 
 
 @pytest.mark.parametrize("seed", range(40, 46))
