@@ -98,6 +98,22 @@ def test_larger_errors_are_no_region():
     assert larger.count(None) == len(larger)
 
 
+@pytest.mark.parametrize("seed", [10, 11, 12, 13])
+def test_a_region_among_errors_that_are_larger_than_stated(seed):
+    is_in = inside((1200.0, 1200.0), 650.0)
+    larger = errors(seed, 3.0 * SIGMA)
+    assert found_in(larger) is None
+    given = larger + 4.0 * np.outer(is_in, SHIFT)
+    scan = find_displaced_regions(Checks(given), WEIGHTS, GRID)
+    (found,) = scan.regions
+    assert overlap(found, is_in) > MOST_POINTS
+    assert found.shift == pytest.approx(4.0 * SHIFT, abs=4.0 * found.standard_error)
+    assert 2.0 < scan.enlargement < 4.5
+    n_in = len(found.rows)
+    known = np.sqrt(1.0 / n_in + 1.0 / (N - n_in)) * SIGMA * scan.enlargement
+    assert found.standard_error == pytest.approx(known)
+
+
 @pytest.mark.parametrize("length", [600.0, 2000.0])
 def test_a_smooth_pattern_is_no_region(length):
     root = np.linalg.cholesky(np.exp(-cdist(GRID, GRID) / length) + 1e-9 * np.eye(N))
@@ -108,9 +124,8 @@ def test_a_smooth_pattern_is_no_region(length):
 
 
 def _among_larger_errors():
-    """A region where all errors are 1.4 times as large as stated."""
-    is_in = inside((1200.0, 1200.0), 650.0)
-    return errors(12, 1.4 * SIGMA) + 0.9 * np.outer(is_in, SHIFT)
+    """What looks like a region where all errors are larger than stated."""
+    return errors(61, 1.5 * SIGMA)
 
 
 def _in_a_smooth_pattern():

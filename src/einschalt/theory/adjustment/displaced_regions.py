@@ -51,6 +51,9 @@ LEAST_GAIN = 3.0
 LEAST_LEFT = 0.1
 # regions to begin with, and what two of them share at most
 MOST_STARTS, MOST_SHARED = 8, 0.7
+# of χ² with two degrees of freedom; and by how much chance may exceed it
+MEDIAN_OF_SQUARES, LARGEST_SCATTER = 2.0 * np.log(2.0), 1.5
+NEARLY = 0.9  # of a scatter that is the same
 MOST_REGIONS = 3  # of a block that are displaced
 MOST_FIRST = 4  # of them that are tried as the one to be taken out first
 
@@ -76,6 +79,8 @@ class RegionScan:
     n_tried: int
     square: float  # χ², of two degrees of freedom, of the clearest that was tried
     p_value: float  # of all together; NaN where points are too few
+    # by how much all errors were taken to be larger than stated
+    enlargement: float = 1.0
 
 
 def find_displaced_regions(checks, weights, xy) -> RegionScan:
@@ -101,17 +106,49 @@ def find_displaced_regions(checks, weights, xy) -> RegionScan:
         return RegionScan((), 0, 0.0, np.nan)
     scan = _Scan(checks, weights, xy)
     clearest = scan.worst()
-    regions = ()
-    if clearest.p_value <= FINDING_SIGNIFICANCE:
-        regions = _named(scan, clearest.p_value)
-    return RegionScan(regions, scan.n_tried, clearest.square, clearest.p_value)
+    told = scan.n_tried, clearest.square, clearest.p_value
+    if clearest.p_value > FINDING_SIGNIFICANCE:
+        return RegionScan((), *told)
+    ratio, regions = scan.scatter(), _named(scan)
+    if regions or ratio <= LARGEST_SCATTER:
+        return RegionScan(regions, *told)
+    # all errors may be larger than stated, and some by a region
+    for _ in range(MOST_ROUNDS):
+        scan = _Scan(_Larger(checks, ratio), weights / ratio, xy, is_scaled=True)
+        found = _named(scan)
+        if not found:
+            break
+        regions, enlargement = found, ratio**0.5
+        # without the regions they scatter less
+        if (left := scan.scatter()) > NEARLY:
+            break
+        ratio = max(left * ratio, 1.0)
+    return RegionScan(regions, *told, enlargement if regions else 1.0)
 
 
-def _named(scan, p_value):
-    """Regions that explain all that is clear; none where that may be something else.
+@dataclass(frozen=True)
+class _Larger:
+    """Checks of points whose variances are larger than stated, all by a ratio."""
 
-    ``p_value`` is the probability of the clearest one.
-    """
+    checks: object
+    ratio: float
+
+    @property
+    def scores(self):
+        return self.checks.scores / self.ratio
+
+    def times(self, columns):
+        return self.checks.times(columns) / self.ratio
+
+    def draw(self, n_draws, seed):
+        return self.checks.draw(n_draws, seed) / self.ratio**0.5
+
+
+def _named(scan):
+    """Regions that explain all that is clear; none where that may be something else."""
+    p_value = scan.worst().p_value
+    if p_value > FINDING_SIGNIFICANCE:
+        return ()
     # regions that touch may look like one: then another one is taken out first
     for first in scan.clearest()[:MOST_FIRST]:
         found, p_values, left = _with_further(scan, first)
@@ -177,8 +214,9 @@ class _Region:
 class _Scan:
     """Scores, and what is known of regions by them."""
 
-    def __init__(self, checks, weights, xy):
+    def __init__(self, checks, weights, xy, *, is_scaled=False):
         self.given, self.times, self.xy = checks.scores, checks.times, xy
+        self.is_scaled = is_scaled  # whether the size of the errors is not known
         n_nearest = min(N_NEIGHBOURS, len(xy))
         self.neighbours = cKDTree(xy).query(xy, n_nearest)[1]
         self.regions = regions_of(xy)
@@ -204,6 +242,12 @@ class _Scan:
             self._look_at(np.flatnonzero(is_open))
             squares = self._squares()
         return self._tried(squares, int(np.argmax(squares)))
+
+    def scatter(self):
+        """Variance of the scores over what is stated, by the median small region."""
+        size = self.regions.sum(axis=1)
+        squares = self._squares()[size == size.min()]
+        return float(np.median(squares) / MEDIAN_OF_SQUARES)
 
     def _look_at(self, places):
         """Compute the information of some regions, a few at a time."""
@@ -375,11 +419,13 @@ class _Around:
         rows = np.sort(near[:: -(-len(near) // MOST_AROUND)])
         self.information, self.scores = scan.block(rows), scan.scores[rows]
         self.xy, self.region, self.n_tried = scan.xy[rows], region, scan.n_tried
+        self.is_scaled = scan.is_scaled
 
     def smoothness(self):
         """Probability that chance makes a smooth pattern as clear as this one."""
         both = np.column_stack([self.scores.real, self.scores.imag])
-        return smooth_pattern(both, np.real(self.information), self.xy).p_value
+        found = smooth_pattern(both, np.real(self.information), self.xy)
+        return found.p_value_if_scaled if self.is_scaled else found.p_value
 
     def tail(self):
         """Probability of the region by the scatter of the scores without it.

@@ -194,6 +194,15 @@ def test_a_region_off_by_no_more_than_is_stated_contradicts_the_claim():
     assert "given points of a region are displaced together against the others" in said
 
 
+def test_an_error_that_is_stated_too_small_hides_no_region(displaced):
+    block, truth, names = displaced
+    result = densified(replace(block, approximate_m_0_m=OWN / 3.0))
+    named = set(found_in(result).names)
+    assert len(named & names) > 0.85 * len(named | names)
+    _, miss = true_errors(result, truth)
+    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+
+
 def test_what_was_not_looked_for_is_said():
     oriented = simulate_block(
         "demo", seed=3, geometry=BlockGeometry(measurement="parallaxes")

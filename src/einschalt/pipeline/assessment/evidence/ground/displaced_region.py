@@ -202,7 +202,8 @@ def scan_given_points(two_step) -> GivenScan:
     checks = control_checks([flight], given)
     known = known.iloc[places]
     scan = find_displaced_regions(checks, given.weight, values_of(known, PLAN))
-    found = scan.regions if _exceeds_stated(scan.regions, errors[places]) else ()
+    shared = errors[places] * scan.enlargement
+    found = scan.regions if _exceeds_stated(scan.regions, shared) else ()
     n_elsewhere = len(known) - sum(len(region.rows) for region in found)
     regions = tuple(_told(block, known, region, n_elsewhere) for region in found)
     clearest = float(np.sqrt(scan.square)), float(scan.p_value)
