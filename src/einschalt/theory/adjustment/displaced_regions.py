@@ -24,6 +24,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from einschalt.theory.adjustment.refined_region import LEAST_GAIN, refine
 from einschalt.theory.adjustment.significance import (
     FINDING_SIGNIFICANCE,
     SYSTEMATIC_SIGNIFICANCE,
@@ -45,10 +46,6 @@ N_NEIGHBOURS = 8
 LEAST_RANK = 1e-6
 # of the weights of a region: what is known less of it is rounding
 LEAST_INFORMATION = 1e-6
-# χ² that a point must add, so that it is taken into a region or out of it
-LEAST_GAIN = 3.0
-# of what is known of a region, where a point less leaves nearly nothing of it
-LEAST_LEFT = 0.1
 # regions to begin with, and what two of them share at most
 MOST_STARTS, MOST_SHARED = 8, 0.7
 # of χ² with two degrees of freedom; and by how much chance may exceed it
@@ -357,7 +354,7 @@ class _Scan:
     def _refined_at(self, near, rows, first):
         """A region whose points ``near`` were taken in or out, and what is certain.
 
-        As ``_refine`` has it; ``first`` are the rows that it began with.
+        As ``refine`` has it; ``first`` are the rows that it began with.
         """
         region = np.zeros(len(self.xy))
         region[rows] = 1.0
@@ -366,7 +363,7 @@ class _Scan:
         whole = shown[near], shown[rows].sum(), self.scores[rows].sum(), len(rows)
         was_in, is_in = np.isin(near, first), np.isin(near, rows)
         choice = is_in, was_in, n_changed
-        is_in, certain = _refine(self.scores[near], self.block(near), *whole, *choice)
+        is_in, certain = refine(self.scores[near], self.block(near), *whole, *choice)
         return np.union1d(np.setdiff1d(rows, near), near[is_in]), certain
 
     def clearest(self):
@@ -443,34 +440,3 @@ class _Around:
             return 0.0
         degrees = np.count_nonzero(is_known)  # of each coordinate
         return float(self.n_tried * (1.0 + self.region.certain / rest) ** -degrees)
-
-
-def _refine(scores, information, shown, known, right, n_in, is_in, was_in, n_changed):
-    """Take points into a region, or out of it, as long as it becomes clearer.
-
-    ``scores`` and ``information`` are of the points that may change, ``shown`` what is
-    known of each by the region (W p), ``known``, ``right`` and ``n_in`` the sums of
-    information, of scores, and of points of the whole region, of which ``n_changed``
-    others have changed. Gives which of them belong to it, and its χ² less what chance
-    gains by every choice against what it was.
-    """
-    is_in, shown = is_in.copy(), shown.copy()
-    diagonal = np.real(np.diag(information))
-    price, certain = 2.0 * np.log(max(len(scores), 2)), 0.0
-    for _ in range(len(scores)):
-        square = abs(right) ** 2 / known
-        n_all = n_changed + np.count_nonzero(is_in != was_in)
-        certain = max(certain, square - price * n_all)
-        sign = np.where(is_in, -1.0, 1.0)
-        others = known + 2.0 * sign * shown + diagonal
-        is_allowed = (others > LEAST_LEFT * known) & (n_in + sign >= FEWEST_POINTS)
-        squares = np.abs(right + sign * scores) ** 2
-        squares = np.where(is_allowed, squares / np.where(is_allowed, others, 1.0), 0.0)
-        best = int(np.argmax(squares))
-        if squares[best] <= square + LEAST_GAIN:
-            break
-        is_in[best] = not is_in[best]
-        known, right = others[best], right + sign[best] * scores[best]
-        n_in += sign[best]
-        shown += sign[best] * np.real(information[:, best])
-    return is_in, certain

@@ -94,13 +94,15 @@ class BesideDisplacedRegion:
 
     @cached_property
     def region_scan(self) -> GivenScan:
-        """The scan of the given approximate points of two steps."""
-        return scan_given_points(self) if self.is_possible else GivenScan()
+        """The scan of the given approximate points, of an examination of two steps."""
+        return scan_given_points(self)
 
     @cached_property
     def displaced_regions(self):
         """Each GivenRegion that puts the points off, the clearest first."""
         two_step = self.two_step
+        if not two_step.is_possible:
+            return ()
         if two_step is self:
             return self.region_scan.regions
         # an adjustment follows control alone
