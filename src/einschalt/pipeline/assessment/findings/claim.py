@@ -7,6 +7,7 @@ from einschalt.pipeline.assessment.credibility import (
     largest_measured,
 )
 from einschalt.pipeline.assessment.evidence.claim import (
+    COVERAGES,
     KNOWN,
     NEIGHBOURS,
     REGIONS,
@@ -33,12 +34,13 @@ def claim_that_does_not_stand(two_step):
     if not rejected:
         return None
     worst = min(rejected, key=lambda test: test.p_value)
-    remedy = "doubt_sizes_of_errors" if two_step.high is not None else DOUBT
+    names = {test.name for test in rejected}
+    # coverages have what approximate points share in common: it makes no differences
+    is_shared = two_step.high is None and names != {COVERAGES}
+    remedy = DOUBT if is_shared else "doubt_sizes_of_errors"
     if len(few_contradicting_points(two_step)):
         remedy = "doubt_check_points_too"
-    elif {test.name for test in rejected} == {KNOWN["control"]} and len(
-        far_control(two_step)
-    ):
+    elif names == {KNOWN["control"]} and len(far_control(two_step)):
         remedy = "doubt_far_control"
     if two_step.credible.reason is Reason.STATED:
         remedy = "shared_errors_as_stated"

@@ -168,6 +168,17 @@ def test_m_g_that_is_too_small_is_no_region(seed):
     assert found_in(densified(given(seed, m_g=1.5)[0])) is None
 
 
+@pytest.mark.parametrize("seed", [44, 46, 48])
+def test_m_g_that_is_too_small_is_not_taken_for_shared_errors(seed):
+    """Both coverages have what approximate points share: they do not differ by it."""
+    result = densified(given(seed, m_g=1.5)[0])
+    codes = {found.code: found for found in result.assessment.findings}
+    doubted = codes["claim_that_does_not_stand"]
+    (test,) = doubted.facts["rejected"]
+    assert test["quantity"] == "coverage differences"
+    assert doubted.remedy == "doubt_sizes_of_errors"
+
+
 def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_result):
     assert good_result.examination.displaced_regions == ()
     block, _, names = displaced
