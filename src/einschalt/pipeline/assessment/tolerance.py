@@ -87,8 +87,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
 def _checked_beside_region(examined):
     """That of the points which no displaced region moves, if these are told."""
-    figure, regions = examined.corrected.checked, examined.displaced_regions
-    is_told = not any(region.may_be_the_others for region in regions)
+    figure, is_told = examined.corrected.checked, examined.displaced_part_is_told
     return replace(figure, is_supported=figure.is_supported and is_told)
 
 

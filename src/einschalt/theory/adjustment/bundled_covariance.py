@@ -80,7 +80,8 @@ class BundledRows:
         ``beside`` are BundledRows of covariances of points with bundles, of what does
         not go through these.
         """
-        dtype = np.result_type(self._dtype_with(met, joint), *map(_dtype_of, beside))
+        dtypes = [shared.rows.dtype for shared in beside]
+        dtype = np.result_type(self._dtype_with(met, joint), *dtypes)
         out = self._none_yet(len(pairs), dtype)
         over_segments(
             _through_bundles,
@@ -118,7 +119,7 @@ class BundledRows:
         ``shared`` are BundledRows of these covariances; gives (n_pairs, n_coordinates,
         n_coordinates) [m²], of the first with the second and the second with the first.
         """
-        dtype = np.result_type(self.rows.dtype, _dtype_of(shared))
+        dtype = np.result_type(self.rows.dtype, shared.rows.dtype)
         out = self._none_yet(len(pairs), dtype)
         self._add_met(shared, pairs, out)
         return self._of_coordinates(out)
@@ -170,10 +171,6 @@ class BundledRows:
         rows = self.rows
         pointer, bundle = (a.astype(np.int64) for a in (rows.indptr, rows.indices))
         return pointer, bundle, rows.data.astype(dtype, copy=False)
-
-
-def _dtype_of(bundled):
-    return bundled.rows.dtype
 
 
 def points_in_a_bundle(matrix, axes):

@@ -50,7 +50,7 @@ LEAST_INFORMATION = 1e-6
 MOST_STARTS, MOST_SHARED = 8, 0.7
 # of χ² with two degrees of freedom; and by how much chance may exceed it
 MEDIAN_OF_SQUARES, LARGEST_SCATTER = 2.0 * np.log(2.0), 1.5
-NEARLY = 0.9  # of a scatter that is the same
+MOST_TURNS, NEARLY = 6, 0.9  # until it is nearly the same
 MOST_REGIONS = 3  # of a block that are displaced
 MOST_FIRST = 4  # of them that are tried as the one to be taken out first
 
@@ -109,18 +109,28 @@ def find_displaced_regions(checks, weights, xy) -> RegionScan:
     ratio, regions = scan.scatter(), _named(scan)
     if regions or ratio <= LARGEST_SCATTER:
         return RegionScan(regions, *told)
-    # all errors may be larger than stated, and some by a region
-    for _ in range(MOST_ROUNDS):
+    regions, enlargement = _named_among_larger(checks, weights, xy, ratio)
+    return RegionScan(regions, *told, enlargement)
+
+
+def _named_among_larger(checks, weights, xy, ratio):
+    """Regions where all errors are larger than stated, and by how much they are.
+
+    ``ratio`` is that of the variances, as all scores have it; without the regions they
+    scatter less, which is the ratio of the next turn.
+    """
+    found, enlargement = (), 1.0
+    for _ in range(MOST_TURNS):
         scan = _Scan(_Larger(checks, ratio), weights / ratio, xy, is_scaled=True)
-        found = _named(scan)
-        if not found:
+        regions = _named(scan)
+        if not regions:
             break
-        regions, enlargement = found, ratio**0.5
-        # without the regions they scatter less
-        if (left := scan.scatter()) > NEARLY:
+        found, enlargement = regions, ratio**0.5
+        left = scan.scatter()
+        if left > NEARLY:
             break
         ratio = max(left * ratio, 1.0)
-    return RegionScan(regions, *told, enlargement if regions else 1.0)
+    return found, enlargement
 
 
 @dataclass(frozen=True)

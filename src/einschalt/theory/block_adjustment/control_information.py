@@ -173,10 +173,18 @@ def control_checks(flights, control) -> ControlChecks:
     closed[is_held] = control.value[is_held] - centre[place[is_held]]
     moved = _solution(factor, system, value - centre[incidence.point])
     ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
-    own, asked = control.weight * (1.0 - part), pull.conj().T @ moved
-    noise = MOST_OF_RIDGE * ridge
-    found = is_held, own, closed, asked, pull, control.weight, place, system, factor
-    return ControlChecks(*found, noise)
+    return ControlChecks(
+        is_held=is_held,
+        own=control.weight * (1.0 - part),
+        closed=closed,
+        asked=pull.conj().T @ moved,
+        pull=pull,
+        weight=control.weight,
+        place=place,
+        system=system,
+        factor=factor,
+        noise=MOST_OF_RIDGE * ridge,
+    )
 
 
 def _normal(rng, shape, dtype):

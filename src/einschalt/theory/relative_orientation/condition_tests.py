@@ -87,9 +87,7 @@ def misclosures(orientation, pairs) -> Misclosures:
     found = Misclosures(np.empty((len(pairs.image), 4)), np.empty(len(pairs.image)))
     over_segments(
         _compare,
-        np.ascontiguousarray(pairs.start, dtype=np.int64),
-        np.ascontiguousarray(pairs.image, dtype=float),
-        np.ascontiguousarray(pairs.distance),
+        *_arrays_of(pairs),
         orientation.poses,
         np.ascontiguousarray(orientation.cofactor * left[:, :, None] ** 2),
         *(found.corrections, found.spread),
@@ -108,13 +106,18 @@ def linear_conditions(orientation, pairs):
     lengths = np.empty(len(pairs.image))
     over_segments(
         _linearise,
-        np.ascontiguousarray(pairs.start, dtype=np.int64),
-        np.ascontiguousarray(pairs.image, dtype=float),
-        np.ascontiguousarray(pairs.distance),
+        *_arrays_of(pairs),
         orientation.poses,
         *(rows, lengths),
     )
     return rows, lengths
+
+
+def _arrays_of(pairs):
+    """First point of each pair, image coordinates and distances, for kernels."""
+    start = np.ascontiguousarray(pairs.start, dtype=np.int64)
+    image = np.ascontiguousarray(pairs.image, dtype=float)
+    return start, image, np.ascontiguousarray(pairs.distance)
 
 
 def condition_tests(orientation, pairs) -> PointTests:

@@ -146,7 +146,7 @@ def displaced_region(examined):
     if not regions:
         return None
     first, *others = (_told_region(region) for region in regions)
-    is_told = not any(region.may_be_the_others for region in regions)
+    is_told = examined.displaced_part_is_told
     return finding(
         "displaced_region",
         names=[name for region in regions for name in region.point_ids],

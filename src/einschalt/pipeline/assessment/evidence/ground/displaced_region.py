@@ -112,6 +112,11 @@ class BesideDisplacedRegion:
             if region.control_ids and region.control_is_alike
         )
 
+    @property
+    def displaced_part_is_told(self):
+        """Whether it is told of every region that it is off, and not the others."""
+        return not any(region.may_be_the_others for region in self.displaced_regions)
+
     @cached_property
     def corrected(self):
         """Examination of the block with the regions where the others have them.
@@ -172,8 +177,8 @@ class BesideDisplacedRegion:
         for region in regions:
             is_inside |= is_among(points["point_id"], region.point_ids)
         moved = self.moved_by_region[~is_inside & (points["role"] == "new").to_numpy()]
-        is_told = not any(region.may_be_the_others for region in regions)
-        return float(np.sqrt(np.mean(moved**2))) if is_told and len(moved) else np.nan
+        is_known = self.displaced_part_is_told and len(moved)
+        return float(np.sqrt(np.mean(moved**2))) if is_known else np.nan
 
 
 def _in_silence(_stage):
