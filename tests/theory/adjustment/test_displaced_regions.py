@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+from einschalt.theory.adjustment.around_region import Around
 from einschalt.theory.adjustment.displaced_regions import (
     FEWEST_POINTS,
-    _Around,
     find_displaced_regions,
     regions_of,
 )
+from einschalt.theory.adjustment.reliability import noncentrality
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 SIGMA = 0.05  # of one coordinate [m]
@@ -146,7 +147,7 @@ def test_one_test_alone_keeps_a_region_from_being_named(
     test, passed, given, monkeypatch
 ):
     assert found_in(given) is None
-    monkeypatch.setattr(_Around, test, lambda _: passed)
+    monkeypatch.setattr(Around, test, lambda _: passed)
     assert found_in(given) is not None
 
 
@@ -237,4 +238,16 @@ def test_regions_are_of_all_sizes_and_not_too_many():
     assert size.min() == FEWEST_POINTS
     assert N // 3 < size.max() <= N // 2
     many = np.random.default_rng(6).uniform(0.0, 1e4, (5000, 2))
-    assert 1000 < regions_of(many).shape[0] < 3000
+    assert 1000 < regions_of(many).shape[0] < 4000
+
+
+def test_how_far_a_region_may_be_displaced_is_known_where_none_is():
+    """Of a grid whose points check each other: by the smallest part that counts."""
+    scan = find_displaced_regions(Checks(errors(3)), WEIGHTS, GRID)
+    n_in = np.ceil(0.1 * N)
+    information = n_in * (1.0 - n_in / N) / SIGMA**2
+    delta = noncentrality(FINDING_SIGNIFICANCE / scan.n_tried, degrees=2)
+    assert scan.detectable.largest == pytest.approx(delta / information**0.5, rel=0.1)
+    assert scan.detectable.median < scan.detectable.largest
+    moved = errors(3) + SHIFT * inside(GRID[N // 2], 700.0)[:, None]
+    assert find_displaced_regions(Checks(moved), WEIGHTS, GRID).detectable is None

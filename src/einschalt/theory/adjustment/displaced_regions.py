@@ -24,12 +24,20 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from einschalt.theory.adjustment.around_region import (
+    LEAST_RANK,
+    MOST_AROUND,
+    Around,
+)
+from einschalt.theory.adjustment.detectable_shift import (
+    DetectableShift,
+    detectable_shift,
+)
 from einschalt.theory.adjustment.refined_region import LEAST_GAIN, refine
 from einschalt.theory.adjustment.significance import (
     FINDING_SIGNIFICANCE,
     SYSTEMATIC_SIGNIFICANCE,
 )
-from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.adjustment.tried_regions import FEWEST_POINTS, regions_of
 
 AT_ONCE = 256
@@ -37,13 +45,11 @@ AT_ONCE = 256
 N_DRAWS = 64
 # χ² from which a region is looked at: by draws it may be twice as large
 LOOKED_AT = 11.0
-MOST_AROUND = 250  # points in and around a region that are looked at together
 # of a larger one those at its rim are
 MOST_AT_RIM = 1000
 MOST_KEPT = 20_000_000  # numbers of W, not to be computed again
 MOST_ROUNDS = 6  # in which a region grows or shrinks by a row of points
 N_NEIGHBOURS = 8
-LEAST_RANK = 1e-6
 # of the weights of a region: what is known less of it is rounding
 LEAST_INFORMATION = 1e-6
 # regions to begin with, and what two of them share at most
@@ -78,6 +84,8 @@ class RegionScan:
     p_value: float  # of all together; NaN where points are too few
     # by how much all errors were taken to be larger than stated
     enlargement: float = 1.0
+    # where nothing is seen: how far regions may be displaced all the same
+    detectable: DetectableShift | None = None
 
 
 def find_displaced_regions(checks, weights, xy) -> RegionScan:
@@ -105,7 +113,7 @@ def find_displaced_regions(checks, weights, xy) -> RegionScan:
     clearest = scan.worst()
     told = scan.n_tried, clearest.square, clearest.p_value
     if clearest.p_value > FINDING_SIGNIFICANCE:
-        return RegionScan((), *told)
+        return RegionScan((), *told, detectable=scan.detectable())
     ratio, regions = scan.scatter(), _named(scan)
     if regions or ratio <= LARGEST_SCATTER:
         return RegionScan(regions, *told)
@@ -188,7 +196,7 @@ def _with_further(scan, first):
 def _are_regions(scan, found):
     """Whether regions that were taken out are neither chance nor a smooth pattern."""
     n_others = len(scan.xy) - sum(len(region.rows) for region in found)
-    around = [_Around(scan, region) for region in found]
+    around = [Around(scan, region) for region in found]
     return n_others >= FEWEST_POINTS and all(
         each.tail() <= SYSTEMATIC_SIGNIFICANCE
         and each.smoothness() > SYSTEMATIC_SIGNIFICANCE
@@ -249,6 +257,19 @@ class _Scan:
             self._look_at(np.flatnonzero(is_open))
             squares = self._squares()
         return self._tried(squares, int(np.argmax(squares)))
+
+    def detectable(self):
+        """How far regions must be displaced, so that the clearest is one of them."""
+        size = self.regions.sum(axis=1)
+        return detectable_shift(self._known(), size, len(self.xy), self._exactly)
+
+    def _known(self):
+        """Information of all regions; 0 where it is rounding."""
+        return np.where(self.information > self.least, self.information, 0.0)
+
+    def _exactly(self, places):
+        self._look_at(places[~self.is_exact[places]])
+        return self._known()[places]
 
     def scatter(self):
         """Variance of the scores over what is stated, by the median small region."""
@@ -413,40 +434,3 @@ class _Scan:
         shift, variance = self.shifts[place], np.real(self.cofactor[place, place])
         shift = np.array([shift.real, shift.imag])
         return DisplacedRegion(region.rows, shift, float(variance**0.5), float(p_value))
-
-
-class _Around:
-    """Points in and around a region, thinned where they are many."""
-
-    def __init__(self, scan, region):
-        middle = scan.xy[region.rows].mean(axis=0)
-        apart = np.sum((scan.xy - middle) ** 2, axis=1)
-        n_near = max(3 * len(region.rows), MOST_AROUND)
-        near = np.argsort(apart, kind="stable")[:n_near]
-        rows = np.sort(near[:: -(-len(near) // MOST_AROUND)])
-        self.information, self.scores = scan.block(rows), scan.scores[rows]
-        self.xy, self.region, self.n_tried = scan.xy[rows], region, scan.n_tried
-        self.is_scaled = scan.is_scaled
-
-    def smoothness(self):
-        """Probability that chance makes a smooth pattern as clear as this one."""
-        both = np.column_stack([self.scores.real, self.scores.imag])
-        found = smooth_pattern(both, np.real(self.information), self.xy)
-        return found.p_value_if_scaled if self.is_scaled else found.p_value
-
-    def tail(self):
-        """Probability of the region by the scatter of the scores without it.
-
-        F with the degrees of freedom of the points around, of all regions together.
-        """
-        own = (self.information + self.information.conj().T) / 2.0
-        values, vectors = np.linalg.eigh(own)
-        is_known = values > LEAST_RANK * max(values.max(), 0.0)
-        white = vectors[:, is_known].conj().T @ self.scores
-        rest = np.sum(np.abs(white) ** 2 / values[is_known])
-        # what single points were chosen by is scatter as well
-        rest += self.region.square - self.region.certain
-        if not rest > 0.0:
-            return 0.0
-        degrees = np.count_nonzero(is_known)  # of each coordinate
-        return float(self.n_tried * (1.0 + self.region.certain / rest) ** -degrees)

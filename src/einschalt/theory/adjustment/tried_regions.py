@@ -11,6 +11,8 @@ FEWEST_POINTS = 5  # of a region, and outside it
 SIZE_STEP = 1.25  # from one size of regions to the next
 PLACES_PER_SIZE = 8  # regions of a size that hold the same point, on the average
 N_DIRECTIONS = 8  # of lines that part the points
+# in each: a line that leaves out a row of points hides a part whose edge is a seam
+MOST_LINES = 200
 MOST_TRIED = 2000  # round regions in all
 # bands between two lines, in blocks where they are more than a few rows of points wide
 BANDS_FROM, NARROWEST_BAND = 300, 1.0 / 12.0
@@ -47,12 +49,17 @@ def _smaller_parts(inside, n):
 
 
 def _sides(xy, sizes):
-    """Points on one side of lines in many directions, or between two of them."""
+    """Points on one side of lines in many directions, or between two of them.
+
+    ``sizes`` are those of bands; lines are everywhere.
+    """
     offset = xy - xy.mean(axis=0)
     angle = np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS
     along = offset @ np.stack([np.cos(angle), np.sin(angle)])
     order = np.argsort(along, axis=0, kind="stable").T
-    sides = [_smaller_parts(order[:, :size], len(xy)) for size in sizes]
+    n = len(xy)
+    parts = range(FEWEST_POINTS, n - FEWEST_POINTS + 1, -(-n // MOST_LINES))
+    sides = [_smaller_parts(order[:, :size], n) for size in parts]
     return [*sides, *_bands(order, sizes)]
 
 

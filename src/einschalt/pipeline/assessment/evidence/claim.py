@@ -29,6 +29,7 @@ from einschalt.stages.error_propagation.error_model import (
     ErrorModel,
 )
 from einschalt.stages.error_propagation.given_points import errors_of_control
+from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.monte_carlo import (
     apply_chains,
     draw_errors,
@@ -76,6 +77,8 @@ class Claim:
     assumption: str = ""
     # why regions of given points were not looked for, a code; empty where they were
     untested_regions: str = ""
+    # where none is displaced: how far they may be all the same
+    detectable_shift: DetectableShift | None = None
     # coverage differences against the budget, which takes all values of a point for
     # independent. It is no claim where there is a propagated figure.
     paper: ClaimTest | None = None
@@ -202,6 +205,7 @@ class _ClaimTests:
             field,
             self._assumption(),
             untested_regions=self.examined.region_scan.untested,
+            detectable_shift=self.examined.region_scan.detectable,
             paper=self._against_paper(),
         )
 

@@ -1,5 +1,7 @@
 """Whether the measurements support the stated precision."""
 
+import math
+
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import fixed, length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
@@ -31,6 +33,17 @@ NO_REGIONS = mark_each(
         ),
     }
 )
+SEEN_FROM = mark(
+    "Neighbouring given coordinates, a tenth of all or more, that are displaced "
+    "together would be noticed from {median} on, at the least favourable place from "
+    "{largest} on. A smaller displacement may pass unnoticed, and points there are off "
+    "by as much."
+)
+SEEN_IN_PARTS = mark(
+    "Neighbouring given coordinates, a tenth of all or more, that are displaced "
+    "together would be noticed from {median} on; parts of the block that hardly "
+    "anything connects may be displaced unnoticed."
+)
 # of what is measured beside what was predicted
 BY_PROPAGATION = mark("{length} by propagation (P {p})")
 BY_BUDGET = mark("{length} by Kovarik's budget (P {p})")
@@ -42,8 +55,17 @@ def section(claim) -> Section:
     remarks = (*assumed, _meaning_of_p(), *_three_figures(claim))
     if claim.untested_regions:
         remarks = (*remarks, translated(NO_REGIONS[claim.untested_regions]))
+    if claim.detectable_shift is not None:
+        remarks = (*remarks, _seen_from(claim.detectable_shift))
     title = translated("Is the stated precision supported? (total, RMS)")
     return Section(title, _header(), _rows(claim), remarks)
+
+
+def _seen_from(shift):
+    if not math.isfinite(shift.largest):
+        return translated(SEEN_IN_PARTS, median=length(shift.median))
+    median, largest = lengths([shift.median, shift.largest])
+    return translated(SEEN_FROM, median=median, largest=largest)
 
 
 def heights(claim) -> Section:

@@ -194,7 +194,7 @@ def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_r
 
 def test_a_region_off_by_no_more_than_is_stated_contradicts_the_claim():
     """Neighbours may share what is stated of each: the figure then includes that."""
-    block, truth, _ = given(30, corner, shift=SHIFT / 2.0)
+    block, truth, _ = given(30, corner, shift=0.57 * SHIFT)
     result = densified(block, tolerance=0.12)
     assert found_in(result) is None
     assert result.assessment.claim_is_supported is False
@@ -280,3 +280,25 @@ def test_what_is_left_beside_a_region_is_told_without_it():
     assert quantities == {"coverage differences"}
     assert claim.statistic == "coverage differences"
     assert "share errors, such as" not in " ".join(result.summary().split())
+
+
+@pytest.mark.parametrize("seed", range(200, 203))
+def test_an_edge_along_the_rim_of_models_is_seen(seed):
+    """Three rows of points: a line one row beside the edge shows nothing of it."""
+
+    def east(points):
+        return points["easting"] > points["easting"].quantile(0.7)
+
+    block, _, names = given(seed, east)
+    named = set(found_in(densified(block)).names)
+    assert len(named & names) > 0.85 * len(named | names)
+
+
+def test_what_would_not_be_noticed_is_said(displaced):
+    """At the least favourable place, four of five times."""
+    result = densified(given(41)[0])
+    shift = result.assessment.claim.detectable_shift
+    assert 0.1 < shift.median < shift.largest < 0.3
+    said = " ".join(result.summary().split())
+    assert "displaced together would be noticed from" in said
+    assert densified(displaced[0]).assessment.claim.detectable_shift is None

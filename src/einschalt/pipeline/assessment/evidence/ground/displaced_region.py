@@ -32,6 +32,7 @@ from einschalt.stages.error_propagation.error_model import (
     model_of_block,
 )
 from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import total_from_coordinate
 from einschalt.theory.block_adjustment.control_information import (
@@ -85,6 +86,8 @@ class GivenScan:
     # shift over its standard error, of the clearest; and its probability, of all
     clearest: float = np.nan
     p_value: float = np.nan
+    # where nothing is seen: how far regions may be displaced all the same
+    detectable: DetectableShift | None = None
     # why nothing was looked for, where that might have been: orientations, too_many
     untested: str = ""
 
@@ -214,7 +217,7 @@ def scan_given_points(two_step) -> GivenScan:
     n_elsewhere = len(known) - sum(len(region.rows) for region in found)
     regions = tuple(_told(block, known, region, n_elsewhere) for region in found)
     clearest = float(np.sqrt(scan.square)), float(scan.p_value)
-    return GivenScan(regions, len(known), scan.n_tried, *clearest)
+    return GivenScan(regions, len(known), scan.n_tried, *clearest, scan.detectable)
 
 
 def _exceeds_stated(regions, errors):
