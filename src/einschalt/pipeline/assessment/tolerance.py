@@ -46,6 +46,8 @@ class CheckedFigure:
     # larger by an unknown amount.
     is_supported: bool
     is_tested: bool  # whether any measurement could have contradicted it
+    # whether it is told which points are off, where given points are displaced
+    is_told: bool = True
 
 
 def tolerance_of(settings):
@@ -88,7 +90,8 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 def _checked_beside_region(examined):
     """That of the points which no displaced region moves, if these are told."""
     figure, is_told = examined.corrected.checked, examined.displaced_part_is_told
-    return replace(figure, is_supported=figure.is_supported and is_told)
+    is_supported = figure.is_supported and is_told
+    return replace(figure, is_supported=is_supported, is_told=is_told)
 
 
 def _is_block_suspect(examined):

@@ -1,7 +1,5 @@
 """Which points keep the tolerance, and by which figure."""
 
-import math
-
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
@@ -76,7 +74,7 @@ def _figure(used, credible):
     if not used.column:
         return (translated(UNKNOWN),)
     if credible.reason is Reason.DISPLACED:
-        return _beside_regions(used, credible)
+        return _beside_regions(used)
     is_adjusted = credible.reason in ADJUSTMENTS
     title = translated(ADJUSTED if is_adjusted else TITLES[used.column])
     if is_enlarged := used.factor > 1.0:
@@ -89,9 +87,9 @@ def _figure(used, credible):
     return remarks if used.is_tested else [*remarks, translated(UNTESTED)]
 
 
-def _beside_regions(used, credible):
+def _beside_regions(used):
     """The same where regions of given points are displaced."""
-    fallen = FALLEN_STILL if math.isfinite(credible.elsewhere) else FALLEN_TOGETHER
+    fallen = FALLEN_STILL if used.is_told else FALLEN_TOGETHER
     fallen = () if used.is_supported else (translated(fallen),)
     return (translated(DISPLACED), *fallen)
 

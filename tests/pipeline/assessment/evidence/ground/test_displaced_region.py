@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from einschalt.pipeline.assessment.credibility import Reason
@@ -302,3 +303,19 @@ def test_what_would_not_be_noticed_is_said(displaced):
     said = " ".join(result.summary().split())
     assert "displaced together would be noticed from" in said
     assert densified(displaced[0]).assessment.claim.detectable_shift is None
+
+
+def test_where_all_new_points_are_displaced_it_is_told_what_is_off():
+    """The others are control; m_g is too small as well."""
+    block, truth, names = given(32, corner, m_g=1.5)
+    more = truth.loc[sorted(set(truth.index) - names)].reset_index()
+    known = pd.DataFrame({"point_id": more["point_id"], "role": "control"})
+    known = known.assign(**{axis: more[axis] for axis in PLAN}, standard_error_m=0.02)
+    inside = block.control_points[block.control_points["point_id"].isin(names)]
+    control = pd.concat([known, inside], ignore_index=True)
+    held = replace(block, control_points=control)
+    result = densified(held, tolerance=0.12)
+    assert np.isnan(result.assessment.credible.elsewhere)
+    said = " ".join(result.summary().split())
+    assert "nothing tells which part is displaced" not in said
+    assert "even so the stated precision is not supported" in said
