@@ -184,6 +184,18 @@ def test_errors_larger_than_given_enlarge_the_figure(demo_block):
     assert not credible.is_lower_bound
 
 
+def test_a_tenth_more_enlarges_the_figure_as_it_does_single_points(demo_block):
+    """An m_g of one flight that is too small by a half shows little in s_0."""
+    low = replace(demo_block.low_flight, m_g_um=demo_block.low_flight.m_g_um / 1.5)
+    settings = demo_block.settings.updated({"method": "simultaneous"})
+    result = densify(replace(demo_block, low_flight=low), settings)
+    figure, s_0 = result.examination.credible, float(result.simultaneous.s_0)
+    assert 1.1 < s_0 < 1.3
+    assert figure.reason is Reason.ADJUSTED_ENLARGED
+    assert figure.value == pytest.approx(s_0 * result.figures.mean_total)
+    assert figure.factor == pytest.approx(s_0)
+
+
 @pytest.mark.parametrize("is_deformed", [False, True])
 def test_deformed_models_make_the_figure_a_lower_bound(
     demo_block, monkeypatch, is_deformed

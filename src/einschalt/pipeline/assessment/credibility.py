@@ -37,6 +37,8 @@ TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
 # a root mean square this much beyond the expected one is worth a word
 MIN_REPORTED_RATIO = 1.25
+# a figure is enlarged from here on: as the sizes of single errors are said to be larger
+LEAST_ENLARGEMENT = 1.10
 N_DRAWS = 100
 
 
@@ -246,15 +248,14 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         return _beside_region(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)
-    is_large = is_large_s_0(examined.adjustment)
     is_refuted = (
         bool(ratios)
-        or (is_large and s_0 > LARGEST_S_0)
+        or (is_large_s_0(examined.adjustment) and s_0 > LARGEST_S_0)
         or examined.keeps_wrong_control
         or examined.is_deformed
         or bool(examined.frame.doubt)
     )
-    if is_large:
+    if is_large_s_0(examined.adjustment, LEAST_ENLARGEMENT):
         ratios.append(s_0)
     copied = examined.copies.enlargement
     moved = _moved(examined, total, is_refuted=is_refuted)
@@ -290,11 +291,11 @@ def _reason(total, *, is_refuted, is_enlarged):
     return Reason.ADJUSTED_ENLARGED if is_enlarged else Reason.ADJUSTED
 
 
-def is_large_s_0(adjustment) -> bool:
-    """Whether the residuals of an adjustment are larger than chance explains."""
+def is_large_s_0(adjustment, least=MIN_REPORTED_RATIO) -> bool:
+    """Whether s_0 of an adjustment exceeds ``least``, and what chance explains."""
     if adjustment.redundancy <= 0:
         return False
-    limits = ratio_limits(adjustment.redundancy, CLAIM_SIGNIFICANCE, MIN_REPORTED_RATIO)
+    limits = ratio_limits(adjustment.redundancy, CLAIM_SIGNIFICANCE, least)
     return bool(adjustment.s_0 > limits[1])
 
 
