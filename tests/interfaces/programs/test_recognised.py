@@ -241,6 +241,51 @@ def test_cameras_of_metashape_become_camera_toml(tmp_path):
             read_foreign(file)
 
 
+def test_markers_exported_with_calibrated_sensors_keep_their_measurements(tmp_path):
+    """Metashape writes the sensors, and so calibrations, in front of the markers."""
+    marked = """<markers><marker id="0" label="P 1"><reference x="5" y="6" z="7"/>
+    </marker><marker id="1" label="P2"/></markers><frames><frame id="0"><markers>
+    <marker marker_id="0"><location camera_id="0" pinned="true" x="10.5" y="20.5"/>
+    </marker><marker marker_id="1"><location camera_id="0" x="1" y="2"/></marker>
+    </markers></frame></frames></chunk>"""
+    text = MORE["cameras.xml"]
+    file = tmp_path / "markers.xml"
+    file.write_text(text.replace("</chunk>", marked))
+    found = read_foreign(file)
+    assert list(found.cameras) == ["FC6310"]
+    measured = found.tables["image_points"].to_numpy().tolist()
+    image = measured[0][0]
+    assert measured == [[image, "P 1", 10.5, 20.5], [image, "P2", 1.0, 2.0]]
+    control = found.tables["control_points"].iloc[0]
+    assert control[["point_id", *PLACE]].tolist() == ["P 1", 5.0, 6.0, 7.0]
+    file.write_text(text)
+    assert "image_points" not in read_foreign(file).tables
+
+
+@pytest.mark.parametrize("name", ["SetMesIm", "SetMesPtOf1Im"])
+def test_image_points_of_mmvii_under_either_name(tmp_path, name):
+    file = tmp_path / "MesIm-A.JPG.xml"
+    file.write_text(
+        f"""<Root><Type>"MMVII_Serialization"</Type><Data><{name}>
+    <NameIm>"A.JPG"</NameIm><Measures>
+    <el><Name>"Stone-6"</Name><Pt>644.25 232.5</Pt><Sigma2>1 0 1</Sigma2></el>
+    <el><Name>"Grille"</Name><Pt>322 766.75</Pt><Sigma2>1 0 1</Sigma2></el>
+    </Measures></{name}></Data></Root>"""
+    )
+    measured = read_foreign(file).tables["image_points"].to_numpy().tolist()
+    expected = [["A.JPG", "Stone-6", 644.25, 232.5], ["A.JPG", "Grille", 322.0, 766.75]]
+    assert measured == expected
+
+
+@pytest.mark.parametrize("head", ["X,Y,Z,Yaw", "X/Easting,Y/Northing,Z/Altitude,Yaw"])
+def test_axes_of_a_reference_may_stand_alone(tmp_path, head):
+    file = tmp_path / "ref.csv"
+    file.write_text(f"#Label,{head},Enabled\nA 1,999660.44, 112368.17,1916.55,90,0\n")
+    found = read_foreign(file).tables["control_points"].iloc[0]
+    assert found[PLACE].tolist() == [999660.44, 112368.17, 1916.55]
+    assert (found["point_id"], found["role"]) == ("A 1", "check")
+
+
 def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
     text = MORE["a.snx"].replace(" EIN", " IGN").replace("+SITE", "*\n+SITE")
     two = text.replace("STAX", "VELX").partition("+SOLUTION/MATRIX")[0] + "%ENDSNX\n"

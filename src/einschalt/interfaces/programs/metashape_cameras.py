@@ -2,12 +2,14 @@
 
 A calibration becomes a camera.toml of the convention ``metashape``, in which it stands
 as it is. Orientations are those of the chunk's own frame, which is of no size and
-nowhere on the Earth unless the chunk has a transform.
+nowhere on the Earth unless the chunk has a transform. Exported markers come with the
+sensors of their images, so that their measurements are read beside the calibrations.
 """
 
 import numpy as np
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
@@ -28,7 +30,7 @@ def is_cameras(head):
 
 
 def read_cameras(file) -> Foreign:
-    """Read the calibrations of all sensors, and the orientations of all cameras."""
+    """Read the calibrations of sensors, orientations of cameras, and markers."""
     root = read_xml(file.data, file.source, EXPECTED)
     cameras = {}
     for sensor in each(root, "sensor"):
@@ -42,7 +44,16 @@ def read_cameras(file) -> Foreign:
     oriented = _orientations(root, file.source)
     tables = {"orientations": oriented} if oriented is not None else {}
     said = f"{file.source}: orientations in the chunk's own frame"
-    return Foreign(tables, None, (said,) if tables else (), cameras)
+    notes = (said,) if tables else ()
+    if next(iter(each(root, "marker")), None) is None:
+        return Foreign(tables, None, notes, cameras)
+    markers = marker_files.read_metashape(file, file.source)
+    found = {
+        "control_points": markers.control_points(),
+        "image_points": markers.measurements,
+    }
+    tables |= {name: table for name, table in found.items() if len(table)}
+    return Foreign(tables, markers.crs, (*notes, *markers.notes), cameras)
 
 
 def _camera(sensor, calibration, name, source):

@@ -85,12 +85,13 @@ def _system(text):
 def _places(line, source):
     """Where label, x, y, z and the switch stand; the next rows are parted by csv."""
     words = [word.casefold().lstrip("#") for word in line.words]
-    starts = {"label": "label", "x": "x/", "y": "y/", "z": "z/", "is_on": "enable"}
+    names = {"label": "label", "x": "x", "y": "y", "z": "z"}
     found = {"count": len(words)}
-    found |= {
-        name: next((k for k, word in enumerate(words) if word.startswith(start)), None)
-        for name, start in starts.items()
-    }
+    # an axis stands alone, or with what it is: X/Easting; Yaw begins with y as well
+    axes = [word.split("/")[0] for word in words]
+    found |= {k: axes.index(w) if w in axes else None for k, w in names.items()}
+    switches = (k for k, word in enumerate(words) if word.startswith("enable"))
+    found["is_on"] = next(switches, None)
     if None in (found["x"], found["y"]):
         raise damaged(
             source, f"{line.text[:60]!r} names no x and y", EXPECTED, line.row

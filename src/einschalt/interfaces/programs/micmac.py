@@ -115,7 +115,8 @@ def _measurements(root, source):
             point = _named(text_of(one, "NamePt"), source)
             xy = _numbers(text_of(one, "PtIm"), 2, source, f"{point} in {name}")
             rows.append((name, point, *xy))
-    for image in each(root, "SetMesPtOf1Im"):
+    # an older and a newer name of the same list in MMVII
+    for image in (*each(root, "SetMesPtOf1Im"), *each(root, "SetMesIm")):
         name = _named(text_of(image, "NameIm"), source)
         listed = next(each(image, "Measures"), None)
         members = [] if listed is None else [o for o in listed if o.tag == "el"]
