@@ -67,6 +67,7 @@ def reference(found):
         ("markers.xml", markers),
         ("c.con", pat_b),
         ("gcp_list.txt", odm),
+        ("marks_of_webodm.txt", odm),
         ("ref.csv", reference),
     ],
 )

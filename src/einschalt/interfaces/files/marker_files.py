@@ -40,6 +40,7 @@ from einschalt.interfaces.files.plain_xml import read_xml
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
+ODM_SYSTEM = re.compile(r"^(EPSG:\d+|\+proj=.*|WGS\s?84)$", re.IGNORECASE)
 EXPECTED_XML = "markers as Metashape exports them"
 CHECK_MARK = "CHK-"  # how ODM's users mark check points
 CONTROL = ["point_id", "x", "y", "z", "role"]
@@ -129,6 +130,14 @@ def _number(text, source):
     if not is_number(text):
         raise damaged(source, f"{shortened(text)!r} is not a number")
     return float(text)
+
+
+def is_odm(head):
+    """Whether the first bytes are a system, then X Y Z px py and an image."""
+    lines = head.decode("utf-8", "replace").lstrip("\ufeff").splitlines()
+    said = [x.strip() for x in lines if x.strip() and not x.lstrip().startswith("#")]
+    is_system = bool(said) and (UTM.match(said[0]) or ODM_SYSTEM.match(said[0]))
+    return bool(is_system) and len(said) > 1 and _is_row(said[1].split())
 
 
 def read_odm(path, source=None) -> Markers:

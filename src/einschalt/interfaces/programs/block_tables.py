@@ -19,7 +19,7 @@ from einschalt.interfaces.files.block_parts import Readers
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import NEW, NOTHING_SAID, ReadTable
 from einschalt.interfaces.programs.foreign import Foreign
-from einschalt.interfaces.programs.recognised import reader_of
+from einschalt.interfaces.programs.recognised import head_of, reader_of
 
 # tables of a block, and those of another program that can stand for them
 STANDS_FOR = {
@@ -30,15 +30,18 @@ STANDS_FOR = {
 CAMERA_SUFFIX = ".toml"
 
 
-def marker_reader_of(path):
+def marker_reader_of(file):
     """Function that reads markers of this kind of file; None where it has none."""
-    path = Path(path)
+    path = Path(file)
     suffix = path.suffix.lower()
     if suffix == ".xml":
         return marker_files.read_metashape
     if suffix == ".json":
         return marker_files.read_opensfm
-    is_list = path.name.casefold().startswith("gcp_list") and suffix == ".txt"
+    if suffix != ".txt":
+        return None
+    is_list = path.name.casefold().startswith("gcp_list")
+    is_list = is_list or marker_files.is_odm(head_of(file))
     return marker_files.read_odm if is_list else None
 
 

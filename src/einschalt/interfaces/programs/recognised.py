@@ -149,7 +149,7 @@ def reader_of(path, name=None):
 def format_of(file) -> Format | None:
     """Format of a file, by its name and first bytes; None where it is none of these."""
     path = Path(file)
-    head, suffix = _head(file), path.suffix.lower()
+    head, suffix = head_of(file), path.suffix.lower()
     for one in FORMATS:
         is_known = suffix in one.suffixes
         is_known &= not one.stems or path.stem.casefold() in one.stems
@@ -200,7 +200,8 @@ def _refuse_size(path):
         )
 
 
-def _head(path):
+def head_of(path):
+    """First bytes of a file."""
     if isinstance(path, ReadFile):
         return path.data[:HEAD_BYTES]
     with require_file(path, path.name).open("rb") as file:
