@@ -183,6 +183,7 @@ DAMAGED = [
     ("Ori.xml", ORIENTATION.replace("1 0 0", "1 1 0"), "its matrix is no rotation"),
     ("a.vrt", "<!DOCTYPE a []>" + VRT, "row 1: the XML defines a document type"),
     ("a.vrt", VRT.replace('Pixel="3"', 'Pixel="x"'), "a GCP says 'x 4"),
+    ("a.points", QGIS.replace(".", ","), "row 3: '13000,5,322000,25,10,5"),
     ("a.points", QGIS.replace("-40", ""), "row 4: '13100,322100,30,,0"),
     ("marks.txt", MARKS[:-12], "row 4: has 4 of 6 columns"),
     (

@@ -167,7 +167,7 @@ def _geo_keys(keys):
 
 def read_qgis(file) -> Foreign:
     """Read the points of QGIS's georeferencer; rows count down there with a minus."""
-    crs, places, switch, rows, n_off = None, None, None, [], 0
+    crs, names, places, switch, rows, n_off = None, [], None, None, [], 0
     for line in lines_of(file, comments=("\0",)):
         if line.text.upper().startswith("#CRS:"):
             crs = _system(line.text[5:].strip())
@@ -177,7 +177,9 @@ def read_qgis(file) -> Foreign:
             switch = names.index("enable") if "enable" in names else None
         elif not line.text.startswith("#"):
             cells = cells_of(line.text, file.source, line.row)
-            row = _numbers(cells, places, file.source, line)
+            # decimal commas would move every number into a column of its own
+            is_longer = places is not None and len(cells) > len(names)
+            row = _numbers(cells, None if is_longer else places, file.source, line)
             has_switch = switch is not None and switch < len(cells)
             is_on = not has_switch or cells[switch].strip() not in ("0", "false")
             n_off += not is_on
