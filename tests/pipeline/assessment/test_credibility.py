@@ -17,6 +17,7 @@ from einschalt.pipeline.assessment.credibility import (
 from einschalt.pipeline.assessment.evidence.claim import Claim, ClaimTest
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
@@ -206,3 +207,23 @@ def test_deformed_models_make_the_figure_a_lower_bound(
     credible = result.examination.credible
     assert credible.is_lower_bound == is_deformed
     assert credible.value == pytest.approx(result.figures.mean_total)
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_a_strain_of_control_is_in_the_figure(method):
+    """No residual shows what control makes of the points."""
+    block = simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=0.1))
+    result = densify(
+        block, block.settings.updated({"method": method, "tolerance": 0.1})
+    )
+    figure, strain = result.assessment.credible, result.examination.strain
+    assert strain.is_significant
+    claimed = result.figures.mean_within
+    assert figure.value >= np.hypot(claimed, strain.size) > 1.25 * claimed
+    assert figure.is_lower_bound
+    both = result.points.merge(block.truth, on="point_id", suffixes=("", "_true"))
+    new = both[both["role"] == "new"]
+    off = [new[axis] - new[f"{axis}_true"] for axis in ("easting", "northing")]
+    true = np.sqrt(np.mean(np.hypot(*off) ** 2))
+    assert true / figure.value == pytest.approx(1.0, abs=0.25)
+    assert not result.points["is_within_tolerance"].any()

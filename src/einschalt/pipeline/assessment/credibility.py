@@ -278,9 +278,19 @@ def _moved(examined, claimed, *, is_refuted):
     """What is wrong moves the new points by so much, TOTAL, RMS [m]; 0 without."""
     moved = examined.displaced.plan
     moved = where_it_matters(moved, claimed, is_refuted=is_refuted)
+    moved = max(moved, _moved_by_strain(examined))
     if is_refuted or moved > 0.0:  # the other way may be right
         moved = max(moved, examined.apart_from_two_steps.plan)
     return float(np.hypot(moved, examined.frame.could_be_off.plan))
+
+
+def _moved_by_strain(examined):
+    """What a strain of control moves points by, as it does control, TOTAL [m].
+
+    0 where chance explains it: what is found refutes the errors that are stated.
+    """
+    strain = examined.strain
+    return strain.size if strain is not None and strain.is_significant else 0.0
 
 
 def _reason(total, *, is_refuted, is_enlarged):
