@@ -5,13 +5,13 @@ from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
-    approximations_are_control,
     errors_are_stated,
     model_of_block,
     model_of_high_flight,
 )
 from einschalt.stages.error_propagation.given_points import (
     APPROXIMATE_POINTS,
+    approximations_are_control,
     group_members,
 )
 from einschalt.stages.error_propagation.height_errors import with_measured_heights

@@ -16,7 +16,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     simulate_block,
 )
 from einschalt.pipeline.summary.sections.precision import remarks
-from einschalt.stages.error_propagation.error_model import approximations_are_control
+from einschalt.stages.error_propagation.given_points import approximations_are_control
 from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 
 GROUND = ["easting", "northing", "height"]

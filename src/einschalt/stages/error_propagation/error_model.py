@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.covariances import (
     SharedCovariances,
     covariances_of_pairs,
@@ -19,9 +19,11 @@ from einschalt.stages.error_propagation.covariances import (
 from einschalt.stages.error_propagation.given_points import (
     APPROXIMATE_POINTS,
     GivenErrors,
+    approximations_are_control,
     control_errors,
     errors_of_control,
     errors_of_table,
+    errors_where_control,
     group_members,
 )
 from einschalt.stages.error_propagation.group_size import with_group_sizes
@@ -45,8 +47,6 @@ from einschalt.theory.adjustment.point_operator import (
 
 APPROXIMATE = "approximate_points"
 PLAN = ("easting", "northing")
-# metres; coordinates that lie nearer are the same, written with fewer digits
-LEAST_APART = 1e-4
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
 
 
@@ -334,21 +334,6 @@ def places_fitted_onto(block, point_ids):
     return np.flatnonzero(~point_ids.isin(check).to_numpy())
 
 
-def approximations_are_control(block) -> bool:
-    """Whether all approximate coordinates are the given ones of control points.
-
-    Then their errors are those of control: independent, and of known size.
-    """
-    known, control = block.approximate_points, block.control_points
-    if known is None or control is None:
-        return False
-    axes = [n for n in (*PLAN, "height") if n in known and n in control]
-    given = control.set_index("point_id")[axes].reindex(known["point_id"])
-    apart = values_of(known, axes) - given.to_numpy(dtype=float)
-    is_named = known["point_id"].isin(control["point_id"]).to_numpy()
-    return bool((is_named & (np.nan_to_num(np.abs(apart)) < LEAST_APART).all(1)).all())
-
-
 def assumed_model(result) -> ErrorModel | None:
     """Model of errors of a block whose errors cannot be propagated.
 
@@ -386,7 +371,8 @@ def model_of_given_approximations(
     Sources: ``approximate_points``, ``approximate_groups`` and ``low_flight``. Where no
     error of the first was stated, it is what m_0 leaves beside m_g, or residuals beside
     the shifts of groups. Where nobody says what points share, they share nothing. Where
-    they are control points, these are the source.
+    they are control points, these are the source; where some are, these have the errors
+    of control.
     """
     flight = {LOW: low_points}, {LOW: low}, oriented or {}
     own = measurement_errors(block, *flight, bent)
@@ -403,7 +389,7 @@ def model_of_given_approximations(
         n_given = len(block.control_points)
     else:
         rows, n_given = np.arange(len(known)), len(known)
-        size = np.full(n_given, _stated_error(block, low, low_points) / SQRT2)
+        size = _errors_of_approximations(block, low, low_points)
         table = block, APPROXIMATE_POINTS, APPROXIMATE
         given = errors_of_table(*table, size, own.axes)
     is_known = is_control or errors_are_stated(block)
@@ -437,12 +423,38 @@ def errors_are_stated(block) -> bool:
     return not is_correlated and group_members(block.approximate_points) is not None
 
 
-def _stated_error(block, low, low_points):
-    """TOTAL error of given approximate points [m]."""
+def _errors_of_approximations(block, low, low_points):
+    """Errors of one coordinate of given approximate points, (n_points,) [m].
+
+    Those of control points are known by themselves, unless the table says what its
+    points share.
+    """
+    known = block.approximate_points
+    of_control = np.full(len(known), np.nan)
+    if not errors_are_stated(block):
+        of_control = errors_where_control(block)
     if block.approximate_m_0_m is not None:
-        return block.approximate_m_0_m
-    measured = _measuring_errors(block.low_flight, low_points) * SQRT2
-    return np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
+        rest = block.approximate_m_0_m / SQRT2
+    else:
+        measured = _measuring_errors(block.low_flight, low_points)
+        square = max(low.m_0_plan**2 / 2.0 - np.mean(measured**2), 0.0)
+        used = encode(low_points["point_id"])
+        places = encode(known["point_id"]).locate(used)[used.codes]
+        rest = _error_of_others(square, of_control[places[places >= 0]])
+    return np.where(np.isfinite(of_control), of_control, rest)
+
+
+def _error_of_others(square, of_control):
+    """Error of points that are no control, by the mean square of all [m].
+
+    ``of_control`` (n_values,) has the errors of control, NaN at the others.
+    """
+    is_control = np.isfinite(of_control)
+    n_others = np.count_nonzero(~is_control)
+    if not n_others:
+        return np.sqrt(square)
+    left = len(of_control) * square - np.sum(of_control[is_control] ** 2)
+    return np.sqrt(max(left, 0.0) / n_others)
 
 
 def _with_heights(plan_errors, low, axes):

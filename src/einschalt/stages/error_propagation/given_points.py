@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import encode
+from einschalt.foundations.names import encode, is_among
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -26,6 +26,8 @@ from einschalt.theory.adjustment.spatial_correlation import exponential_factor
 CONTROL_POINTS, APPROXIMATE_POINTS = "control_points", "approximate_points"
 GROUPS = {CONTROL_POINTS: "control_groups", APPROXIMATE_POINTS: "approximate_groups"}
 PLAN = ["easting", "northing"]
+# metres; coordinates that lie nearer are the same, written with fewer digits
+LEAST_APART = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,39 @@ def errors_of_table(block, table, source, sizes, axes) -> GivenErrors:
     chains[name] = by_coordinate(members, axes)
     sizes[name] = np.full(members.shape[1], (total or 1.0) / SQRT2)
     return GivenErrors(chains, sizes, "" if total else name)
+
+
+def approximations_are_control(block) -> bool:
+    """Whether all approximate coordinates are the given ones of control points.
+
+    Then their errors are those of control: independent, and of known size.
+    """
+    if block.approximate_points is None or block.control_points is None:
+        return False
+    return bool(_are_control(block).all())
+
+
+def errors_where_control(block):
+    """Errors of approximate points that are given as control, of one coordinate [m].
+
+    Shape (n_points,); NaN where they are others, or control has no standard error.
+    """
+    known, control = block.approximate_points, block.control_points
+    if control is None or "standard_error_m" not in control:
+        return np.full(len(known), np.nan)
+    errors = control.set_index("point_id")["standard_error_m"].astype(float) / SQRT2
+    errors = errors.reindex(known["point_id"]).to_numpy()
+    return np.where(_are_control(block), errors, np.nan)
+
+
+def _are_control(block):
+    """Which approximate points have the given coordinates of control, (n_points,)."""
+    known, control = block.approximate_points, block.control_points
+    axes = [n for n in (*PLAN, "height") if n in known and n in control]
+    given = control.set_index("point_id")[axes].reindex(known["point_id"])
+    apart = np.nan_to_num(np.abs(values_of(known, axes) - given.to_numpy(dtype=float)))
+    is_named = is_among(known["point_id"], control["point_id"])
+    return is_named & (apart < LEAST_APART).all(axis=1)
 
 
 def control_shares_errors(block) -> bool:

@@ -23,12 +23,11 @@ from einschalt.pipeline.assessment.evidence.without_gross_errors import (
     good_rows,
 )
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
-from einschalt.stages.error_propagation.error_model import (
+from einschalt.stages.error_propagation.error_model import PLAN, ErrorModel
+from einschalt.stages.error_propagation.given_points import (
     LEAST_APART,
-    PLAN,
-    ErrorModel,
+    errors_of_control,
 )
-from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.monte_carlo import (
     apply_chains,
