@@ -31,6 +31,9 @@ from einschalt.theory.block_adjustment.solver import order_placed
 RIDGE = 1e-9
 # times what it makes of a shift of everything: that much of it may look like a check
 MOST_OF_RIDGE = 20.0
+# times what errors of measurement in the design make of a linear field: likewise; and
+# how much of what is known of a point may be taken for that
+MOST_OF_ERRORS, LARGEST_NOISE = 20.0, 1e-4
 AT_ONCE = 256  # right sides: more would take much memory
 
 
@@ -75,7 +78,9 @@ class ControlChecks:
     place: np.ndarray  # (n_control,): which point of the system each is, −1 for none
     system: PointSystem
     factor: Factor
-    noise: float  # information that the ridge may make of a shift of everything [1/m²]
+    # information that the ridge, and errors in the design, may make of a shift or a
+    # strain of everything, which nothing checks [1/m²]
+    noise: float
 
     @cached_property
     def scores(self):
@@ -183,8 +188,25 @@ def control_checks(flights, control) -> ControlChecks:
         place=place,
         system=system,
         factor=factor,
-        noise=MOST_OF_RIDGE * ridge,
+        noise=max(MOST_OF_RIDGE * ridge, _noise_of_design(len(rows), control)),
     )
+
+
+def _noise_of_design(n_values, control):
+    """Information that errors of measurement make of a linear field [1/m²].
+
+    Models follow such a field but for the errors of the coordinates that stand in their
+    design. These are in their residuals as well, so that it would look significant: a
+    misfit of kilometres, where nothing is known of it. Along the shorter extent of
+    control; each value has an error as it was stated.
+    """
+    offset = control.value - control.value.mean()
+    scatter = np.cov(offset.real, offset.imag, bias=True) * len(offset)
+    largest = LARGEST_NOISE * control.weight.max()
+    shortest = np.linalg.eigvalsh(scatter)[0]
+    if not shortest > 0.0:
+        return largest
+    return min(MOST_OF_ERRORS * n_values / shortest, largest)
 
 
 def _normal(rng, shape, dtype):

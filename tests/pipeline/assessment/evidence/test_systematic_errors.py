@@ -22,6 +22,7 @@ from einschalt.pipeline.assessment.findings.systematic_errors import (
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.summary import sections
@@ -270,3 +271,25 @@ def test_scores_without_a_point_are_those_of_an_adjustment_that_gives_it_no_weig
     assert without.values == pytest.approx(given_up.values[~is_free])
     kept = given_up.information[np.ix_(~is_free, ~is_free)]
     assert without.information == pytest.approx(kept)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_linear_field_of_which_nothing_is_known_is_no_strain(seed):
+    """Film of 28 µm, many points: their errors in the design looked like a check."""
+    size = {"width": 1_800.0, "height": 1_500.0, "point_spacing": 70.0}
+    geometry = BlockGeometry(high_scale_number=28_000.0, **size)
+    noise = BlockNoise(high_m_g_um=28.0, low_m_g_um=28.0)
+    block = simulate_block("demo", seed=seed, geometry=geometry, noise=noise)
+    control = block.truth[["point_id", "easting", "northing"]].iloc[::6]
+    errors = np.random.default_rng(seed).normal(0.0, 0.02, (len(control), 2))
+    control = control.assign(
+        easting=control["easting"] + errors[:, 0],
+        northing=control["northing"] + errors[:, 1],
+        standard_error_m=0.02 * np.sqrt(2.0),
+        role="control",
+    ).reset_index(drop=True)
+    examined = densify(replace(block, control_points=control)).examination
+    strain = examined.patterns.strain
+    assert strain.p_value > 0.01
+    assert strain.size < 0.05
+    assert contradicting_control(examined) is None
