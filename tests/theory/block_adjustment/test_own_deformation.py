@@ -16,6 +16,7 @@ from einschalt.theory.block_adjustment.own_deformation import (
     bent_columns,
 )
 from einschalt.theory.block_adjustment.own_deformation_size import (
+    LARGEST_S_0,
     chance_of_residuals,
     estimate_own_deformation,
     sample_of_models,
@@ -219,6 +220,23 @@ def test_gross_errors_are_no_deformation():
     xy[::97] += 5.0
     own = estimated(replace(observations, xy=xy), ground)
     assert not own.p_value < 0.01
+
+
+def test_misfits_of_a_hundred_errors_are_no_deformation():
+    """Names, control or units are wrong then; no photograph is bent by metres."""
+
+    def kinds(size):
+        observations, _ = strip(3, 6, quadratic=size * SIGMA)
+        plain = adjust_models(observations)
+        return plain.s_0, estimate_own_deformation(plain).kinds
+
+    s_0, found = kinds(20.0)
+    assert s_0 < 20.0
+    assert found
+    for size in (400.0, 1000.0):  # of the latter all control looks like gross errors
+        s_0, found = kinds(size)
+        assert s_0 > LARGEST_S_0
+        assert not found
 
 
 def test_a_gross_error_hides_no_deformation():

@@ -54,6 +54,8 @@ LOOSE = 1e3
 OUTWARD = np.array([[1, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]])
 # residuals beyond so many times their median size are gross errors, and no deformation
 GROSS = 6.0
+# beyond so many times the stated errors names, control or units are wrong
+LARGEST_S_0 = 100.0
 # deformations that are less likely to be there need no second look
 LEAST_CHANCE = 0.05
 # and residuals that are as likely as this without any are not looked at further
@@ -74,13 +76,16 @@ def estimate_own_deformation(plain) -> OwnDeformation:
     -------
     OwnDeformation
         For any significance; a size is 0 where it is too small to matter, and all of
-        them where the residuals show nothing that is worth an estimate.
+        them where the residuals show nothing that is worth an estimate, or more than
+        deformations can be.
     """
     guess = _first_guess(plain.observations)
-    if plain.redundancy <= len(guess.size) or not plain.sum_of_squares > 0.0:
+    if not _has_residuals(plain, guess):
         return _nothing(guess)
     # the largest residual alone would be the pattern
     good = _without_gross(plain, plain)
+    if not _has_residuals(good, guess) or good.s_0 > LARGEST_S_0:
+        return _nothing(guess)
     p_value = chance_of_residuals(good, guess)
     if not p_value < WORTH_A_LOOK:
         return _nothing(guess, p_value)
@@ -193,7 +198,7 @@ def _estimated(plain, own):
     And the block as it is bent by them.
     """
     nothing = _nothing(own), plain
-    if plain.redundancy <= len(own.size) or not plain.sum_of_squares > 0.0:
+    if not _has_residuals(plain, own):
         return nothing
     errors = _measuring_errors(plain.observations, own)
     before = np.zeros(len(own.size))
@@ -222,6 +227,11 @@ def _estimated(plain, own):
     return (own, bent) if own.kinds else nothing
 
 
+def _has_residuals(plain, own):
+    """Whether the residuals of a block can tell sizes at all."""
+    return plain.redundancy > len(own.size) and plain.sum_of_squares > 0.0
+
+
 def _without_gross(plain, judged):
     """Block without the rows whose residuals in ``judged`` are gross errors."""
     observations = judged.observations
@@ -239,7 +249,8 @@ def _without_gross(plain, judged):
         return plain
     sample = plain.observations
     sample = sample.of_rows(rows, np.arange(sample.n_models)).observations
-    return plain.adjusted_anew(sample)
+    # where all control is far off nothing is left that holds the block
+    return plain.adjusted_anew(sample) if sample.is_control.any() else plain
 
 
 def _first_guess(observations):
