@@ -287,12 +287,11 @@ def _moved(examined, claimed, *, is_refuted):
 def _moved_by_strain(examined):
     """What a strain of control moves points by, as it does control, TOTAL [m].
 
-    0 where none is found: it refutes the errors that are stated. What larger errors of
-    single points explain as well has no size: of their sums little may be known.
+    0 where chance explains it. What is found refutes the errors that are stated, also
+    where these are only larger for single points.
     """
     strain = examined.strain
-    is_found = strain is not None and strain.is_significant and strain.is_smooth
-    return strain.size if is_found else 0.0
+    return strain.size if strain is not None and strain.is_significant else 0.0
 
 
 def _reason(total, *, is_refuted, is_enlarged):
