@@ -92,7 +92,7 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
             "document type",
         ),
         ("m.xml", XML.replace('label="B.JPG"', ""), r"'\? P2 3\.0 4\.0' lacks a name"),
-        ("m.xml", "<document/>", "holds 0 chunks"),
+        ("m.xml", "<document/>", "holds nothing that is known"),
         ("gcp_list.txt", "# of March\n", "holds no line but comments.*Export"),
         ("gcp_list.txt", "EPSG:4326\n1 2 3 4 a.jpg\n", "row 2: '1 2 3 4 a.jpg' is no"),
         ("gcp_list.txt", "Gauß\n1 2 3 4 5 a.jpg\n", "row 1: 'Gauß' is no reference"),

@@ -104,6 +104,13 @@ def read_metashape(path, source=None) -> Markers:
 def _chunk(data, source):
     """The only chunk of a document, read without entities."""
     chunks = list(read_xml(data, source, EXPECTED_XML).iter("chunk"))
+    if not chunks:
+        raise FileError(
+            "holds nothing that is known",
+            expected="markers or cameras of Metashape, or measured points of MicMac",
+            remedy="Export one of these",
+            file=source,
+        )
     if len(chunks) != 1:
         raise FileError(
             f"holds {kept('{n:chunk|chunks}', n=len(chunks))}",
