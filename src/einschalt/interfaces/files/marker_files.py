@@ -64,6 +64,11 @@ class Markers:
         table = self.points.rename(columns=names)
         return table.drop(columns="height") if table["height"].isna().all() else table
 
+    def tables(self):
+        """Tables of a block by name."""
+        points = self.control_points()
+        return {"control_points": points, "image_points": self.measurements}
+
 
 def read_metashape(path, source=None) -> Markers:
     """Read the markers of a chunk that Metashape exported as XML."""

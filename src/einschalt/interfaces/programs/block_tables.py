@@ -55,11 +55,7 @@ def found_in(file, source=None, beside=()) -> Foreign | None:
         return None
     more = {"beside": beside} if read is marker_files.read_opensfm else {}
     markers = read(file, source or Path(file).name, **more)
-    tables = {
-        "control_points": markers.control_points(),
-        "image_points": markers.measurements,
-    }
-    return Foreign(tables, markers.crs, markers.notes)
+    return Foreign(markers.tables(), markers.crs, markers.notes)
 
 
 def understand(path, schema, said=NOTHING_SAID, *, source=None, beside=()) -> ReadTable:

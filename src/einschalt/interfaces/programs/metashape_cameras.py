@@ -48,10 +48,7 @@ def read_cameras(file) -> Foreign:
     if next(iter(each(root, "marker")), None) is None:
         return Foreign(tables, None, notes, cameras)
     markers = marker_files.read_metashape(file, file.source)
-    found = {
-        "control_points": markers.control_points(),
-        "image_points": markers.measurements,
-    }
+    found = markers.tables()
     tables |= {name: table for name, table in found.items() if len(table)}
     return Foreign(tables, markers.crs, (*notes, *markers.notes), cameras)
 
