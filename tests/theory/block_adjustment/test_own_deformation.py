@@ -16,7 +16,7 @@ from einschalt.theory.block_adjustment.own_deformation import (
     bent_columns,
 )
 from einschalt.theory.block_adjustment.own_deformation_size import (
-    LARGEST_S_0,
+    NO_DEFORMATION,
     chance_of_residuals,
     estimate_own_deformation,
     sample_of_models,
@@ -235,7 +235,7 @@ def test_misfits_of_a_hundred_errors_are_no_deformation():
     assert found
     for size in (400.0, 1000.0):  # of the latter all control looks like gross errors
         s_0, found = kinds(size)
-        assert s_0 > LARGEST_S_0
+        assert s_0 > NO_DEFORMATION
         assert not found
 
 

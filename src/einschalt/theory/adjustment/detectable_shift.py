@@ -60,9 +60,8 @@ def detectable_shift(information, n_points, n_all, exactly) -> DetectableShift:
     is_large = n_points >= SMALLEST_SHARE * n_all
     places = np.flatnonzero(is_large)
     worst = places[np.argsort(information[places], kind="stable")[:N_LOOKED_AT]]
-    least = min(exactly(worst), default=np.nan)
     delta = noncentrality(FINDING_SIGNIFICANCE / len(information), POWER, degrees=2)
-    known = np.array([np.median(information[places]), least])
+    known = np.array([np.median(information[places]), np.min(exactly(worst))])
     with np.errstate(divide="ignore"):
         median, largest = delta / np.sqrt(np.maximum(known, 0.0))
     return DetectableShift(float(median), float(max(median, largest)))

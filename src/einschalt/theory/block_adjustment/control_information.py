@@ -202,7 +202,7 @@ def _noise_of_design(n_values, control):
     """
     offset = control.value - control.value.mean()
     scatter = np.cov(offset.real, offset.imag, bias=True) * len(offset)
-    largest = LARGEST_NOISE * control.weight.max()
+    largest = LARGEST_NOISE * np.median(control.weight)
     shortest = np.linalg.eigvalsh(scatter)[0]
     if not shortest > 0.0:
         return largest

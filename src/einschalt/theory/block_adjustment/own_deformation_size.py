@@ -55,7 +55,7 @@ OUTWARD = np.array([[1, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]])
 # residuals beyond so many times their median size are gross errors, and no deformation
 GROSS = 6.0
 # beyond so many times the stated errors names, control or units are wrong
-LARGEST_S_0 = 100.0
+NO_DEFORMATION = 100.0
 # deformations that are less likely to be there need no second look
 LEAST_CHANCE = 0.05
 # and residuals that are as likely as this without any are not looked at further
@@ -84,7 +84,7 @@ def estimate_own_deformation(plain) -> OwnDeformation:
         return _nothing(guess)
     # the largest residual alone would be the pattern
     good = _without_gross(plain, plain)
-    if not _has_residuals(good, guess) or good.s_0 > LARGEST_S_0:
+    if not _has_residuals(good, guess) or good.s_0 > NO_DEFORMATION:
         return _nothing(guess)
     p_value = chance_of_residuals(good, guess)
     if not p_value < WORTH_A_LOOK:

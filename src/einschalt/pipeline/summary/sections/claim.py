@@ -44,6 +44,10 @@ SEEN_IN_PARTS = mark(
     "together would be noticed from {median} on; parts of the block that hardly "
     "anything connects may be displaced unnoticed."
 )
+SEEN_NOWHERE = mark(
+    "Neighbouring given coordinates that are displaced together would not be noticed: "
+    "hardly anything connects the models."
+)
 # of what is measured beside what was predicted
 BY_PROPAGATION = mark("{length} by propagation (P {p})")
 BY_BUDGET = mark("{length} by Kovarik's budget (P {p})")
@@ -62,6 +66,8 @@ def section(claim) -> Section:
 
 
 def _seen_from(shift):
+    if not math.isfinite(shift.median):
+        return translated(SEEN_NOWHERE)
     if not math.isfinite(shift.largest):
         return translated(SEEN_IN_PARTS, median=length(shift.median))
     median, largest = lengths([shift.median, shift.largest])
