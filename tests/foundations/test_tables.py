@@ -284,3 +284,14 @@ def test_names_of_all_tables_are_distinct():
         assert len(set(schema.names)) == len(schema.names)
         assert set(schema.key) <= set(schema.id_names)
         assert not set(schema.number_names) & set(schema.id_names)
+
+
+def test_a_checked_table_stays_as_it_was_checked():
+    """It shares columns with the table that was given, until one is written to."""
+    given = pd.DataFrame({"model_id": ["1", "2"], "point_id": ["A", "B"]})
+    given = given.assign(x=[1.0, 2.0], y=[3.0, 4.0])
+    checked = check_table(given, MODEL_POINTS).frame
+    given.loc[0, ["x", "point_id"]] = 99.0, "Z"
+    assert checked.loc[0, ["x", "point_id"]].tolist() == [1.0, "A"]
+    checked.loc[1, "y"] = -1.0
+    assert given["y"].tolist() == [3.0, 4.0]

@@ -238,7 +238,8 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
         elif column.name not in names and column.default is not None:
             everywhere = np.zeros(len(frame), dtype=np.intp)
             columns[column.name] = pd.array([column.default], "str").take(everywhere)
-    checked = pd.DataFrame(columns, index=frame.index)
+    # columns that are what they were given as are shared until someone writes to them
+    checked = pd.DataFrame(columns, index=frame.index, copy=False)
     # a coverage that need not be given, and is not, is no part of the key
     optional = {column.name for column in schema.columns if not column.is_required}
     key = [name for name in schema.key if name in columns or name not in optional]
@@ -354,6 +355,8 @@ def _check_values(frame, column, source, seen):
         return TableError(f"{column.name} {found}", **facts)
 
     places = np.flatnonzero(is_bad)
+    if column.kind == "number" and raw.dtype == np.float64:
+        values = raw  # pandas copies it when either table is written to
     return values, listed(places, problem, f"{column.name} is wrong")
 
 

@@ -13,7 +13,7 @@ from pyarrow import parquet
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
-from einschalt.interfaces.files import parquet_tables, unpacked_sizes
+from einschalt.interfaces.files import parquet_columns, unpacked_sizes
 from einschalt.interfaces.files.parquet_pages import texts_of
 from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
 
@@ -109,9 +109,9 @@ def test_long_tables_are_the_same_from_text_and_from_codes(tmp_path, monkeypatch
     write_parquet(frame, path)
     read = read_parquet(path, MODEL_POINTS)
     pd.testing.assert_frame_equal(read.reset_index(drop=True), frame, check_dtype=False)
-    monkeypatch.setattr(parquet_tables, "MANY", 2 * N_ROWS)  # then as codes
+    monkeypatch.setattr(parquet_columns, "MANY", 2 * N_ROWS)  # then as codes
     pd.testing.assert_frame_equal(read_parquet(path, MODEL_POINTS), read)
-    monkeypatch.setattr(parquet_tables, "n_cores", lambda: 1)
+    monkeypatch.setattr(parquet_columns, "n_cores", lambda: 1)
     pd.testing.assert_frame_equal(read_parquet(path, MODEL_POINTS), read)
 
 

@@ -4,9 +4,12 @@ Texts of the DELTA encodings cannot be read as codes, and a name may be a megaby
 it has in common with the one before it, in every row. No name is longer than its page.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pyarrow as pa
 from pyarrow import parquet
 
+from einschalt.foundations.batches import n_cores
 from einschalt.interfaces.files.parquet_pages import largest_page
 
 DELTAS = {"DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY"}
@@ -19,10 +22,15 @@ def require_sound(data, metadata, names):
     What a group tells of a column is not asked for before: where that is damaged,
     pyarrow raises out of code that nothing may leave so, which ends the process.
     """
-    stored = parquet.ParquetFile(pa.BufferReader(data), metadata=metadata)
-    for group in range(metadata.num_row_groups):
+
+    def read_one(group):
+        stored = parquet.ParquetFile(pa.BufferReader(data), metadata=metadata)
         options = {"row_groups": [group], "use_threads": False}
         next(stored.iter_batches(1, columns=names, **options), None)
+
+    with ThreadPoolExecutor(n_cores()) as pool:
+        for _ in pool.map(read_one, range(metadata.num_row_groups)):
+            pass  # what it raised is raised here
 
 
 def has_deltas(metadata, place):
