@@ -1,10 +1,10 @@
 """A million rows from a file, with all checks, against polars, which checks nothing.
 
 CPU time on one core, least of twelve: Parquet 94 ms, polars 46. On two cores: 62 to 67
-ms, polars 28 to 31 of files of many groups of rows, 42 of one group as pandas writes. CSV takes 1.2 to 1.75 times polars' time,
-most of it pyarrow's reading, in one part for each core: 135 of 195 ms, where polars
-takes 130 for everything; checks of names and keys take 15, the file and looks at its
-bytes 20, tables of pandas 6.
+ms, polars 28 to 31 of files of many groups of rows, 42 of one group as pandas writes.
+CSV takes 1.2 to 1.75 times polars' time, most of it pyarrow's reading, in one part for
+each core: 135 of 195 ms, where polars takes 130 for everything; checks of names and
+keys take 15, the file and looks at its bytes 20, tables of pandas 6.
 
 Of Parquet's time, unpacking (Zstandard) takes 32 ms, which polars needs as well, and
 pyarrow's reading with it 50: more than polars takes for everything. Copying the file

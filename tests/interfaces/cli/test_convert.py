@@ -28,6 +28,21 @@ def test_markers_become_tables_and_nothing_is_written_over(invoke, tmp_path):
     ]
 
 
+def test_markers_beside_a_calibration_become_a_list(invoke, tmp_path):
+    sensor = (
+        '<sensors><sensor id="0" label="FC"><resolution width="4000" height="3000"/>'
+        "<calibration><f>3600</f></calibration></sensor></sensors><cameras>"
+    )
+    given = tmp_path / "m.xml"
+    given.write_text(XML.replace("<cameras>", sensor, 1), encoding="utf-8")
+    listed = invoke("convert", given, tmp_path / "list.txt")
+    assert listed.exit_code == 0, listed.output
+    assert len((tmp_path / "list.txt").read_text().splitlines()) == 3
+    both = invoke("convert", given, tmp_path / "out")
+    assert both.exit_code == 0, both.output
+    assert (tmp_path / "out" / "camera.toml").is_file()
+
+
 def test_a_table_becomes_a_plain_one(invoke, tmp_path):
     (tmp_path / "t.csv").write_text(TABLE, encoding="utf-8")
     shown = invoke("convert", tmp_path / "t.csv", tmp_path / "plain.csv")

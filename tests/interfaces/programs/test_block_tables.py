@@ -8,7 +8,7 @@ from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.tables import CONTROL_POINTS, IMAGE_POINTS
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
-from einschalt.interfaces.programs import recognised
+from einschalt.interfaces.programs import block_tables, recognised
 from einschalt.interfaces.programs.block_tables import find_problems
 
 SYSTEM = "EPSG:31255"
@@ -176,3 +176,38 @@ def test_images_of_a_folder_are_not_looked_at(small_block):
     names = {path.name for path in files_below(small_block.path)}
     assert {"c.xml", "control_points.csv"} <= names
     assert not {"a.tif", "b.TIFF"} & names
+
+
+@pytest.mark.parametrize(
+    ("names", "cells", "plan", "upright"),
+    [
+        ("Accuracy_X/Y_(m),Accuracy_Z_(m)", "0.03,0.05", 0.03 * 2**0.5, 0.05),
+        ("Accuracy_X_(m),Accuracy_Y_(m)", "0.03,0.04", 0.05, None),
+        ("Accuracy_Z_(m)", "0.05", None, 0.05),
+        ("Accuracy_X/Y_(m)", "0", None, None),
+    ],
+)
+def test_accuracies_of_a_reference_are_standard_errors(
+    tmp_path, names, cells, plan, upright
+):
+    file = tmp_path / "reference.csv"
+    head = f"#Label,X/Easting,Y/Northing,Z/Altitude,{names},Enable\n"
+    rows = [f"{name},602130.5,231470.2,451.3,{cells},1\n" for name in "AB"]
+    file.write_text(head + "".join(rows))
+    found = block_tables.found_in(file)
+    table = found.tables["control_points"]
+    for name, error in (("standard_error_m", plan), ("standard_error_height", upright)):
+        assert (name in table) == (error is not None)
+        if error is not None:
+            assert table[name].tolist() == pytest.approx([error, error])
+    assert any("accuracies" in note for note in found.notes) == ("0." in cells)
+
+
+def test_accuracies_that_some_points_have_not_are_left_out(tmp_path):
+    file = tmp_path / "reference.csv"
+    head = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Enable\n"
+    file.write_text(f"{head}A,602130.5,231470.2,451.3,0.03,1\nB,1,2,3,,1\n")
+    found = block_tables.found_in(file)
+    assert "standard_error_m" not in found.tables["control_points"]
+    note = "reference.csv: standard_error_m left out, since some points have no"
+    assert found.notes[0].startswith(note)

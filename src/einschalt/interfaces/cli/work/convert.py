@@ -22,18 +22,21 @@ from einschalt.interfaces.programs.block_tables import marker_reader_of
 from einschalt.interfaces.programs.recognised import reader_of
 
 FOR_CONTROL = mark("In block.toml: [control_points] {line}")
+LIST_SUFFIX = ".txt"
 CONTROL, IMAGES = "control_points.csv", "image_points.csv"
 
 
 def convert(given, output, *, kind, sheet, layer, crs, decimal):
     """Convert markers or a table; what was understood goes to standard error."""
-    read = reader_of(given, kind)
+    read_markers = marker_reader_of(given)
+    # a list has no place for what else a program has measured
+    is_list = read_markers is not None and output.suffix.lower() == LIST_SUFFIX
+    read = None if is_list else reader_of(given, kind)
     if read is not None:
         _convert_foreign(read(given), given, output, crs)
         return
-    read = marker_reader_of(given)
-    if read is not None:
-        markers = _in_system(read(given, given.name), crs, given)
+    if read_markers is not None:
+        markers = _in_system(read_markers(given, given.name), crs, given)
         _convert_markers(markers, given, output)
         return
     said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
@@ -98,7 +101,7 @@ def _in_system(markers, crs, given):
 
 def _convert_markers(markers, given, output):
     _print_notes(markers.notes)
-    if output.suffix.lower() == ".txt":
+    if output.suffix.lower() == LIST_SUFFIX:
         _require_free(output)
         marker_files.write_odm(output, markers)
         report(output)
