@@ -10,6 +10,7 @@ from einschalt.theory.adjustment.pattern_tests import (
     estimate_together,
     examine_patterns,
     examine_scores,
+    p_value_of_more,
 )
 
 N = 14
@@ -138,3 +139,16 @@ def test_a_pattern_that_nothing_shows_is_not_tested(covariance, signatures):
     centring = np.eye(N) - 1.0 / N
     shift = examine_scores(centring @ np.ones((N, 2)), centring, np.ones((1, N)))
     assert shift.worst is None
+
+
+def test_whether_points_move_together_is_the_f_test_of_nested_models():
+    observed = np.array([0.1, -0.3, 0.2, 2.6, 1.9, 0.4, -0.2, 1.1])
+    step = np.array([0, 0, 0, 1, 1, 0, 0, 1.0])
+    alone = np.eye(8)[:, step != 0.0]
+    tests = examine_patterns(observed, np.eye(8), step[None, :, None])
+    freed = examine_patterns(observed, np.eye(8), step[None, :, None], alone)
+    nested, whole = (sm.OLS(observed, x).fit() for x in (step, alone))
+    expected = whole.compare_f_test(nested)[1]
+    assert p_value_of_more(tests, 0, freed) == pytest.approx(expected, rel=1e-9)
+    same = examine_patterns(observed, np.eye(8), step[None, :, None], step[:, None])
+    assert np.isnan(p_value_of_more(tests, 0, same))

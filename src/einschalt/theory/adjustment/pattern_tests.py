@@ -29,12 +29,29 @@ class PatternTests:
     p_values: np.ndarray  # shape (n_patterns,)
     # shape (n_patterns,); if all errors were larger by an unknown common factor
     p_values_if_scaled: np.ndarray
+    total: float  # χ² of all errors
+    n: int  # their number, its degrees of freedom
 
     @property
     def worst(self):
         """Place of the clearest pattern; None where nothing could be tested."""
         is_known = np.isfinite(self.squares)
         return int(np.nanargmax(self.squares)) if is_known.any() else None
+
+
+def p_value_of_more(tests, place, freed):
+    """Probability that what is free explains no more than the pattern of which it is.
+
+    Whatever common factor all errors have. ``freed``: the tests when all that the
+    pattern moves is free to move by itself. NaN where that is no more than the pattern.
+    """
+    n_amplitudes = tests.amplitudes.shape[1]
+    n_more = tests.n - freed.n - n_amplitudes
+    if n_more <= 0 or freed.n <= 0:
+        return np.nan
+    more = max(tests.total - freed.total - tests.squares[place], 0.0)
+    rest = freed.total / freed.n
+    return float(fdtrc(n_more, freed.n, more / n_more / rest)) if rest > 0.0 else np.nan
 
 
 def examine_patterns(observed, covariance, signatures, free=None) -> PatternTests:
@@ -188,4 +205,6 @@ def _tested(amplitudes, squares, total, n):
         fdtrc(n_amplitudes, degrees, ratio)
         if degrees > 0
         else np.ones(len(amplitudes)),
+        float(total),
+        n,
     )

@@ -206,3 +206,34 @@ def test_of_two_parts_either_may_be_the_wrong_one():
     assert large.of_control.tolist() == [0.0, 1.0, 1.0, 0.0]
     bend = Pattern(Kind.BEND, np.ones(4))
     assert _wrong(bend, is_used) == (bend,)
+
+
+@pytest.mark.parametrize(
+    ("turned", "kind"), [(np.pi / 3.0, Kind.POINT), (0.0, Kind.STEP)]
+)
+def test_two_points_in_a_corner_are_a_part_if_they_move_together(
+    demo_block, turned, kind
+):
+    used = demo_block.control_points.query("role == 'control'")
+    corner = (used["easting"] + used["northing"]).nsmallest(2).index
+    two = used.loc[corner, "point_id"].tolist()
+
+    def moved(control, axis):
+        ways = [axis(0.0), axis(turned)]
+        return sum(
+            0.6 * way * (control["point_id"] == name)
+            for name, way in zip(two, ways, strict=True)
+        )
+
+    block = with_control(
+        demo_block,
+        easting=lambda c: c["easting"] + moved(c, np.cos),
+        northing=lambda c: c["northing"] + moved(c, np.sin),
+    )
+    result = densified(block, "simultaneous")
+    found = result.examination.control_patterns.plan
+    assert found.kind is kind
+    assert set(found.point_ids) <= set(two)
+    if kind is Kind.POINT:
+        assert set(two) <= set(found.wrong_ids)
+        assert found.moved < 2.0 * true_error(result, ["easting", "northing"])

@@ -26,6 +26,7 @@ from einschalt.theory.adjustment.pattern_tests import (
     estimate_together,
     examine_patterns,
     examine_scores,
+    p_value_of_more,
 )
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
@@ -33,7 +34,7 @@ from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 FEWEST_CONTROL, MOST_CONTROL = 6, 500
 N_DIRECTIONS = 8
 MOST_STEPS_PER_DIRECTION = 24
-FEWEST_ON_A_SIDE = 2
+FEWEST_ON_A_SIDE, FEW_ON_A_SIDE = 2, 3
 MOST_WRONG = 6  # points whose errors are estimated together
 
 
@@ -206,7 +207,7 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
     what it does to the new points, 0 where chance explains it; and its probability.
     """
     tests = shown.tests(patterns, is_free)
-    place = _clearest(tests)
+    tests, place = _together(tests, patterns, shown, is_free)
     if place is None:
         return NOTHING
     p_value, if_scaled = (
@@ -250,6 +251,38 @@ def _clearest(tests):
     return None if is_chance else place
 
 
+def _together(tests, patterns, shown, is_free):
+    """The tests without steps of a few points that do not move together.
+
+    Also the clearest of the rest. Two points side by side, each wrong by itself, look
+    like a step at first; many that are moved as a line does not part them do not.
+    """
+    place = _clearest(tests)
+    while place is not None and patterns[place].kind is Kind.STEP:
+        part = patterns[place].of_control != 0.0
+        if np.count_nonzero(part) > FEW_ON_A_SIDE:
+            break
+        freed = shown.tests(patterns, is_free | part)
+        alone = np.nan if freed is None else p_value_of_more(tests, place, freed)
+        if not alone < SYSTEMATIC_SIGNIFICANCE:
+            break
+        n_shared = np.array([_n_points(each, ~part) for each in patterns])
+        is_step = np.array([each.kind is Kind.STEP for each in patterns])
+        tests = _without(tests, is_step & (n_shared > 0))
+        place = _clearest(tests)
+    return tests, place
+
+
+def _n_points(pattern, is_free):
+    """How many points a pattern displaces that are not free."""
+    return np.count_nonzero((pattern.of_control != 0.0) & ~is_free)
+
+
+def _without(tests, is_left_out):
+    """The tests without some patterns, as if nothing were known of these."""
+    return replace(tests, squares=np.where(is_left_out, np.nan, tests.squares))
+
+
 def _of_family(tests, p_values):
     """Probabilities that the clearest of all tests is as clear (Bonferroni)."""
     return np.minimum(p_values * np.isfinite(tests.squares).sum(), 1.0)
@@ -269,7 +302,15 @@ def _likewise(patterns, place, shown, is_free):
         if len(wrong) == MOST_WRONG:
             break
         is_also_free = is_free | _rows_of(patterns, wrong)
-        place = _clearest(shown.tests(patterns, is_also_free))
+        tests = shown.tests(patterns, is_also_free)
+        if tests is None:
+            break
+        # a step with one point that is not free is that point
+        is_same = [
+            each.kind is Kind.STEP and _n_points(each, is_also_free) < FEWEST_ON_A_SIDE
+            for each in patterns
+        ]
+        place = _clearest(_without(tests, is_same))
         if place is None:
             break
     return [patterns[place] for place in wrong]
