@@ -62,6 +62,13 @@ def test_points_of_odm_without_names_are_told_apart_by_their_places(tmp_path):
     assert list(markers.control_points())[:3] == ["point_id", "easting", "northing"]
 
 
+def test_a_measurement_that_stands_twice_counts_once(tmp_path):
+    text = "WGS84\n1 2 3 4 5 a.jpg P\n1 2 3 4 5 a.jpg P\n1 2 3 4 5 b.jpg P\n"
+    markers = read_odm(written(tmp_path, "gcp_list.txt", text))
+    assert markers.measurements["image_id"].tolist() == ["a.jpg", "b.jpg"]
+    assert "gcp_list.txt: 1 repeated measurement left out" in markers.notes
+
+
 def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
     seen = {"shot_id": "a.jpg", "projection": [-0.25, 0.125]}
     point = {"id": "7", "observations": [seen]}
@@ -100,6 +107,11 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
             "gcp_list.txt",
             "WGS84\n1 2 3 4 5 a.jpg P\n1 2 4 4 5 b.jpg P\n",
             "row 3: point P has other coordinates",
+        ),
+        (
+            "gcp_list.txt",
+            "WGS84\n1 2 3 4 5 a.jpg P\n1 2 3 4 6 a.jpg P\n",
+            "point P is measured in image a.jpg twice",
         ),
         ("g.json", '{"points": [', r"g\.json, row 1: is no whole JSON"),
         ("g.json", '{"points": [{"id": 1}]}', "holds no measurement"),

@@ -300,7 +300,28 @@ def _markers(points, rows, crs, notes, source):
             values = [table[~is_whole].iloc[0][name] for name in (*names, "x", "y")]
             said = " ".join("?" if pd.isna(value) else str(value) for value in values)
             raise damaged(source, f"{shortened(said, 60)!r} lacks a name or a number")
-    return Markers(control, measured, crs, tuple(notes))
+    measured, repeated = _measured_once(measured, source)
+    return Markers(control, measured, crs, (*notes, *repeated))
+
+
+def _measured_once(measured, source):
+    """The measurements without those that repeat another, and notes."""
+    once = measured.drop_duplicates(ignore_index=True)
+    again = once[once.duplicated(MEASURED[:2])]
+    if len(again):
+        image, point = again.iloc[0][MEASURED[:2]]
+        raise TableError(
+            f"point {shortened(point)} is measured in image {shortened(image)} twice, "
+            "at different places",
+            expected="each point once in an image",
+            remedy="Delete the measurement that is wrong",
+            file=source,
+        )
+    n_repeated = len(measured) - len(once)
+    if not n_repeated:
+        return once, ()
+    said = kept("{n:repeated measurement|repeated measurements}", n=n_repeated)
+    return once, (f"{source}: {said} left out",)
 
 
 def _require_unmarked(names, path):
