@@ -74,7 +74,11 @@ ONLY_IN = {
         for name in ("batches", "cell_values", "frame_columns", "tables")
     ],
     # elsewhere `compiled` of kernels.py, whose cache knows all sources of a kernel
-    "numba": ["foundations/kernels.py", "foundations/sparse_cholesky/dense_kernels.py"],
+    "numba": [
+        "foundations/kernels.py",
+        "foundations/kernel_parts.py",
+        "foundations/sparse_cholesky/dense_kernels.py",
+    ],
     "sys": [],
     "logging": [],
 }

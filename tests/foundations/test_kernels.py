@@ -4,6 +4,7 @@ import gc
 from pathlib import Path
 
 import pytest
+from numba.core.codegen import JITCodeLibrary
 
 from einschalt.foundations import kernels
 from einschalt.foundations.kernels import (
@@ -106,6 +107,36 @@ def test_what_other_kernels_call_has_no_way_in_from_python_until_python_calls_it
 
 def tripled(value):
     return 3 * value
+
+
+@compiled
+def quotient(a, b):
+    return a / b
+
+
+@compiled
+def quotient_and_one(a, b):
+    return quotient(a, b) + 1
+
+
+def test_what_other_kernels_call_gets_no_machine_code_of_its_own(monkeypatch):
+    made = []
+    make = JITCodeLibrary._finalize_specific
+
+    def note_and_make(library):
+        made.append(library.name)
+        make(library)
+
+    monkeypatch.setattr(quotient_and_one._cache, "load_overload", lambda *_: None)
+    monkeypatch.setattr(JITCodeLibrary, "_finalize_specific", note_and_make)
+    assert quotient_and_one(6, 3) == 3.0
+    assert len(made) == 1
+    assert quotient_and_one.__name__ in made[0]
+
+
+def test_errors_of_what_a_kernel_calls_are_raised_from_it():
+    with pytest.raises(ZeroDivisionError):
+        quotient_and_one(1, 0)
 
 
 def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(monkeypatch):
