@@ -3,6 +3,7 @@
 import gc
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numba.core.codegen import JITCodeLibrary
 
@@ -10,6 +11,7 @@ from einschalt.foundations import kernels
 from einschalt.foundations.kernels import (
     compilations_told_to,
     compiled,
+    place_of_least,
     source_stamp,
 )
 from einschalt.foundations.sparse_cholesky import front_factorization
@@ -137,6 +139,13 @@ def test_what_other_kernels_call_gets_no_machine_code_of_its_own(monkeypatch):
 def test_errors_of_what_a_kernel_calls_are_raised_from_it():
     with pytest.raises(ZeroDivisionError):
         quotient_and_one(1, 0)
+
+
+@pytest.mark.parametrize(
+    "values", [[3.0, 1.0, 1.0], [2.0, np.nan, 0.0], [np.inf, np.inf], [-0.0, 0.0]]
+)
+def test_the_place_of_the_least_number_is_that_of_numpy(values):
+    assert place_of_least(np.array(values)) == np.argmin(values)
 
 
 def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(monkeypatch):

@@ -208,3 +208,15 @@ def copy_values(target, source):
     """
     for k in range(target.size):
         target[k] = source[k]
+
+
+@compiled
+def place_of_least(values):
+    """``np.argmin`` of a vector, in a kernel: the first NaN, if there is any."""
+    least = 0
+    for k in range(values.size):
+        if np.isnan(values[k]):
+            return k
+        if values[k] < values[least]:
+            least = k
+    return least

@@ -62,7 +62,8 @@ def block_pattern(neighbours, elimination) -> BlockPattern:
 @compiled
 def _pattern(start, neighbours, order, position):
     n = order.size
-    column = np.zeros(n + 1, dtype=np.int64)
+    column = np.empty(n + 1, dtype=np.int64)
+    column[0] = 0
     for i in range(n):
         m, count = order[i], 1
         for k in range(start[m], start[m + 1]):

@@ -110,9 +110,10 @@ def _share_out(first, last, start, order, within, first_pair, blocks, shares):
     for group in range(first, last):
         most = max(most, start[group + 1] - start[group])
     joint = np.empty((most * d, most * d), dtype=blocks.dtype)
-    later = np.arange(most)
     # of contrasts: of value j, and of those before it
-    unit = 1.0 / np.sqrt(np.maximum(1.0, later * (later + 1.0)))
+    unit = np.empty(most)
+    for later in range(most):
+        unit[later] = 1.0 / np.sqrt(max(1.0, later * (later + 1.0)))
     for group in range(first, last):
         if start[group + 1] == start[group]:
             continue
@@ -155,7 +156,10 @@ def _share(joint, unit, shares):
     """
     k, d = shares.shape[:2]
     size, of_mean = k * d, 1.0 / np.sqrt(k)
-    scale = np.real(np.trace(joint[:size, :size])) / size
+    scale = 0.0
+    for row in range(size):
+        scale += np.real(joint[row, row])
+    scale /= size
     least = LEAST_VARIANCE * (scale if scale > 0.0 else 1.0)
     for column in range(size):
         _to_contrasts(joint[:size, column], unit, k, d)

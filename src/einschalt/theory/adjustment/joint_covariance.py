@@ -134,7 +134,8 @@ def _joint_of_pairs(
 ):
     size, n_axes = blocks.shape[1:]
     # where the source of the later bundle stands: it meets many, one after the other
-    place = np.full(n_sources, -1)
+    place = np.empty(n_sources, dtype=np.int64)
+    place[:] = -1
     for later in range(first, last):
         for i in range(pointer[later], pointer[later + 1]):
             place[source[i]] = i

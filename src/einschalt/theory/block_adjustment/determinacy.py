@@ -66,7 +66,8 @@ def examine(observations) -> Determinacy:
 def _prune(verdict, n_ties, needed, is_control, model, point, model_start, fan, rows):
     """Take out models with too few ties, until all that are left have enough."""
     n_models = needed.size
-    holders = np.zeros(fan.size - 1, dtype=np.int64)
+    holders = np.empty(fan.size - 1, dtype=np.int64)
+    holders[:] = 0
     for row in range(model.size):
         if verdict[model[row]] == FINE:
             holders[point[row]] += 1
@@ -104,8 +105,9 @@ def _prune(verdict, n_ties, needed, is_control, model, point, model_start, fan, 
 
 @compiled
 def _label_parts(verdict, model, point, model_start, fan, rows):
-    part = np.full(verdict.size, -1, dtype=np.int64)
+    part = np.empty(verdict.size, dtype=np.int64)
     queue = np.empty(verdict.size, dtype=np.int64)
+    part[:] = -1
     n_parts = 0
     for seed in range(verdict.size):
         if verdict[seed] != FINE or part[seed] >= 0:

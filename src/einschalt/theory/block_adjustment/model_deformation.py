@@ -134,7 +134,8 @@ def neighbour_autocorrelation(solution, flight) -> Likeness:
 @compiled
 def _nearest(xy, start):
     """Nearest other point of the same model; −1 where there is none."""
-    nearest = np.full(len(xy), -1, dtype=np.int64)
+    nearest = np.empty(len(xy), dtype=np.int64)
+    nearest[:] = -1
     for m in range(start.size - 1):
         for i in range(start[m], start[m + 1]):
             least = np.inf

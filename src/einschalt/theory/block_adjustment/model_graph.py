@@ -72,7 +72,8 @@ def _reorder(order, point, model_start):
     new_point = np.empty(n_rows, dtype=np.int64)
     rows = np.empty(n_rows, dtype=np.int64)
     points = np.empty(n_points, dtype=np.int64)
-    number = np.full(n_points, -1, dtype=np.int64)
+    number = np.empty(n_points, dtype=np.int64)
+    number[:] = -1
     place, count = 0, 0
     for i in range(order.size):
         for row in range(model_start[order[i]], model_start[order[i] + 1]):
@@ -114,12 +115,14 @@ def neighbours_of(incidence) -> Neighbours:
 @compiled
 def _find_neighbours(model, point, model_start, point_start, rows):
     n_models = model_start.size - 1
-    start = np.zeros(n_models + 1, dtype=np.int64)
+    start = np.empty(n_models + 1, dtype=np.int64)
+    start[:] = 0
     found = np.empty(0, dtype=np.int64)
     for is_counted in (False, True):
         if is_counted:
             found = np.empty(start[-1], dtype=np.int64)
-        seen = np.full(n_models, -1, dtype=np.int64)
+        seen = np.empty(n_models, dtype=np.int64)
+        seen[:] = -1
         for m in range(n_models):
             seen[m] = m
             place = start[m]

@@ -204,7 +204,7 @@ def _choose_range(first, last, model_start, scaled, right_z, out):
         begin, end = model_start[k], model_start[k + 1]
         if end - begin < N_PARAMETERS:
             continue
-        image = np.ascontiguousarray(scaled[:, begin:end])
+        image = columns_of(scaled, begin, end)
         pose, out.is_ambiguous[k] = choose(image, right_z[k])
         out.status[k] = NOT_CONVERGED
         put_pose(pose, out.pose[k])
@@ -218,10 +218,13 @@ def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
         begin, end = model_start[k], model_start[k + 1]
         if end - begin < N_PARAMETERS:
             continue
-        image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
-        corrections, pose = np.zeros_like(image), pose_at(out.pose[k])
+        image, zr = columns_of(scaled, begin, end), right_z[k]
+        corrections, pose = np.empty(image.shape), pose_at(out.pose[k])
+        corrections[:] = 0.0
         pose, _, is_converged = descend(image, corrections, zr, pose, mode, limits)
-        pose, n_in_front = facing(image + corrections, zr, pose)
+        at = columns_of(scaled, begin, end)
+        add_part(at, 1.0, corrections)
+        pose, n_in_front = facing(at, zr, pose)
         if is_converged:
             is_behind = n_in_front < (1.0 - MOST_BEHIND) * (end - begin)
             out.status[k] = BEHIND if is_behind else ORIENTED
@@ -239,7 +242,8 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
         begin, end = model_start[k], model_start[k + 1]
         if end - begin < N_PARAMETERS:
             continue
-        at = scaled[:, begin:end] + mode.keep * out.corrections[:, begin:end]
+        at = columns_of(scaled, begin, end)
+        add_part(at, mode.keep, columns_of(out.corrections, begin, end))
         numbers = out.redundancy_numbers[begin:end]
         pose = pose_at(out.pose[k])
         estimate_precision(at, right_z[k], pose, mode, numbers, out.cofactor[k])
@@ -247,6 +251,23 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
             out.status[k] = UNDETERMINED
             out.pose[k], out.cofactor[k], out.squares[k] = np.nan, np.nan, np.nan
             out.corrections[:, begin:end], numbers[:] = np.nan, np.nan
+
+
+@compiled(**COMPILED)
+def columns_of(matrix, begin, end):
+    """Copy the columns of one pair, (4, n)."""
+    columns = np.empty((4, end - begin))
+    for i in range(4):
+        copy_values(columns[i], matrix[i, begin:end])
+    return columns
+
+
+@compiled(**COMPILED)
+def add_part(matrix, part, other):
+    """Do ``matrix += part * other``, which takes numba 0.5 s to compile."""
+    for i in range(matrix.shape[0]):
+        for k in range(matrix.shape[1]):
+            matrix[i, k] += part * other[i, k]
 
 
 @compiled(**COMPILED)
@@ -265,8 +286,11 @@ def close_conditions(image, corrections, zr, pose):
 @compiled(**COMPILED)
 def is_determined(cofactor):
     """Whether the points determine an orientation well enough to be of any use."""
+    trace = 0.0
+    for i in range(len(cofactor)):
+        trace += cofactor[i, i]
     # the comparison fails for NaN, too
-    return np.trace(cofactor) * IMAGE_ERROR**2 <= WEAKEST**2
+    return trace * IMAGE_ERROR**2 <= WEAKEST**2
 
 
 @compiled(fastmath=FAST, **COMPILED)

@@ -67,7 +67,8 @@ def fill_precision(rows, weights, strengths, tangents, numbers, cofactor):
 @compiled(**COMPILED)
 def triangle_of(rows, weights):
     """Upper triangle R with R.T R = sum w j j.T, shape (5, 5)."""
-    triangle, rest = np.zeros((N_PARAMETERS, N_PARAMETERS)), np.empty(N_PARAMETERS)
+    triangle, rest = np.empty((N_PARAMETERS, N_PARAMETERS)), np.empty(N_PARAMETERS)
+    triangle[:] = 0.0
     for i in range(len(rows)):
         size = math.sqrt(weights[i])
         for k in range(N_PARAMETERS):
@@ -88,7 +89,8 @@ def triangle_of(rows, weights):
 @compiled(**COMPILED)
 def invert_triangle(triangle):
     """Inverse of an upper triangle; NaN where its columns depend on each other."""
-    inverse = np.zeros((N_PARAMETERS, N_PARAMETERS))
+    inverse = np.empty((N_PARAMETERS, N_PARAMETERS))
+    inverse[:] = 0.0
     for k in range(N_PARAMETERS):
         length = 0.0
         for m in range(k + 1):

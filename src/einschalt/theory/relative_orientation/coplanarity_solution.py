@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled, copy_values
+from einschalt.foundations.kernels import compiled, copy_values, place_of_least
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DIAGONAL,
@@ -255,8 +255,8 @@ def find(image, idle, zr, start, found):
 @compiled(**COMPILED)
 def choose(image, zr):
     """Best approximate pose of a pair, and whether another one fits equally well."""
-    idle = np.zeros_like(image)
-    found = np.full((2, N_FOUND), np.inf)
+    idle, found = np.empty(image.shape), np.empty((2, N_FOUND))
+    idle[:], found[:] = 0.0, np.inf
     squares, bases = np.empty(0), np.empty((0, 3))
     start, is_last = normal_case_start(image, zr), False
     for place in range(MOST_STARTS + 2):
@@ -272,15 +272,16 @@ def choose(image, zr):
         if place == 0:
             squares, bases = survey_lattice(image, zr)
             first = found[0]
-            found = np.full((MOST_STARTS + 2, N_FOUND), np.inf)
+            found = np.empty((MOST_STARTS + 2, N_FOUND))
+            found[:] = np.inf
             copy_values(found[0], first)
         is_last = is_searched(found, place, image.shape[1], squares)
         if is_last:
-            best = pose_at(found[np.argmin(found[:, COST])])
+            best = pose_at(found[place_of_least(found[:, COST])])
             start = planar_twin(image, zr, best)[1]
         else:
             start = next_start(squares, bases)
-    best = np.argmin(found[:, COST])
+    best = place_of_least(found[:, COST])
     return pose_at(found[best]), has_rival(found, best)
 
 
@@ -291,7 +292,7 @@ def is_searched(found, place, n, squares):
     As long as nothing convincing is found, or if there are so few points that several
     solutions convince, all places of the lattice are tried.
     """
-    if place == MOST_STARTS or not squares[np.argmin(squares)] < np.inf:
+    if place == MOST_STARTS or not squares[place_of_least(squares)] < np.inf:
         return True
     if place < FEW_STARTS or n <= MOST_AMBIGUOUS:
         return False

@@ -153,7 +153,8 @@ def _orthogonalise(a, inverse):
 
     Without A.T A, which squares the condition where rays are almost parallel.
     """
-    r = np.zeros((3, 3))
+    r = np.empty((3, 3))
+    r[:] = 0.0
     for j in range(3):
         for _ in range(2):
             for m in range(j):
@@ -184,11 +185,15 @@ def _semidefinite_root(matrix, root):
 
     C has the rank 5: what is left below rounding is none of it.
     """
-    rest = matrix.copy()
-    limit = len(matrix) * EPS * np.trace(matrix)
+    rest, trace = matrix.copy(), 0.0
+    for i in range(len(matrix)):
+        trace += matrix[i, i]
+    limit = len(matrix) * EPS * trace
     root[:] = 0.0 if math.isfinite(limit) else np.nan
     for k in range(len(matrix)):
-        pivot = np.argmax(np.diag(rest))
+        pivot = 0
+        for i in range(len(matrix)):
+            pivot = i if rest[i, i] > rest[pivot, pivot] else pivot
         if not rest[pivot, pivot] > limit:
             return
         length = math.sqrt(rest[pivot, pivot])

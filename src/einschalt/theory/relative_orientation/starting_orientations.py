@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, place_of_least
 from einschalt.foundations.rotations import rotation_by_vector
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
@@ -71,8 +71,12 @@ def normal_case_start(image, zr):
     With the base in the direction in which the shift says it, and no tilts.
     """
     n = image.shape[1]
-    mean_xl, mean_yl = image[0].sum() / n, image[1].sum() / n
-    mean_xr, mean_yr = image[2].sum() / n, image[3].sum() / n
+    mean_xl = mean_yl = mean_xr = mean_yr = 0.0
+    for i in range(n):
+        mean_xl, mean_yl = mean_xl + image[0, i], mean_yl + image[1, i]
+        mean_xr, mean_yr = mean_xr + image[2, i], mean_yr + image[3, i]
+    mean_xl, mean_yl = mean_xl / n, mean_yl / n
+    mean_xr, mean_yr = mean_xr / n, mean_yr / n
     same = turned = spread = 0.0
     for i in range(n):
         xl, yl = image[0, i] - mean_xl, image[1, i] - mean_yl
@@ -272,8 +276,13 @@ def smallest_eigenvector(a, b, c, d, e, f):
 def survey_lattice(image, zr):
     """Sum of squares of every rotation of the lattice with its best base, and these."""
     # only the shape of the sum of squares is wanted, which some of the points give
-    sample = np.ascontiguousarray(image[:, :: 1 + image.shape[1] // N_SEARCHED_POINTS])
-    idle = np.zeros_like(sample)
+    step = 1 + image.shape[1] // N_SEARCHED_POINTS
+    sample = np.empty((4, (image.shape[1] + step - 1) // step))
+    for i in range(4):
+        for k in range(sample.shape[1]):
+            sample[i, k] = image[i, k * step]
+    idle = np.empty(sample.shape)
+    idle[:] = 0.0
     squares = np.empty(len(LATTICE))
     bases = np.empty((len(LATTICE), 3))
     for place in range(len(LATTICE)):
@@ -291,7 +300,7 @@ def next_start(squares, bases):
 
     Its place and the neighbours are infinite in ``squares`` afterwards.
     """
-    best = np.argmin(squares)
+    best = place_of_least(squares)
     for place in range(len(LATTICE)):
         trace = 0.0
         for i in range(9):
