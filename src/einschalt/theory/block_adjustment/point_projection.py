@@ -38,7 +38,7 @@ def project_points(system, parameters, right, found):
         (system.weights, system.control_weight, system.is_fixed, system.inverse),
         (shift.view(np.float64), control.view(np.float64)),
         (points.view(np.float64), residuals.view(np.float64)),
-        ((0,) * design.shape[1], (0,) * parts),
+        (0,) * design.shape[1],
     )
 
 
@@ -48,12 +48,13 @@ def _as_parts(array, parts):
 
 
 @compiled
-def _project(first, last, start, fan, transformation, prior, right, found, ranks):
+def _project(first, last, start, fan, transformation, prior, right, found, axes):
     # loops over the length of a tuple are unrolled; those over right sides are the
-    # innermost ones, of numbers that lie together: several at once
-    d, parts = len(ranks[0]), len(ranks[1])
+    # innermost ones, of numbers that lie together: several at once. Complex numbers
+    # are told by a number, not by a type: there would be a case more to compile
     model, rows = fan
     design, parameters, n_used = transformation
+    d, parts = len(axes), design.shape[3]
     weights, control_weight, is_fixed, inverse = prior
     (shift, control), (points, residuals) = right, found
     is_shifted = shift.size > 0
