@@ -123,7 +123,7 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
 @compiled(**COMPILED)
 def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, out):
     by_place, by_change = np.empty((4, 3)), np.empty((4, N_CHANGES))
-    inverse = np.empty((3, 3))
+    inverse, reduced = np.empty((3, 3)), np.empty(3)
     root, gained = np.empty((N_CHANGES, N_CHANGES)), np.empty((3, N_CHANGES))
     for k in range(first, last):
         centres, rotations = cameras[0][k], cameras[1][k]
@@ -131,8 +131,10 @@ def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, o
         _semidefinite_root(cofactors[k], root)
         for i in range(start[k], start[k + 1]):
             for side in range(2):
+                for axis in range(3):
+                    reduced[axis] = xyz[i, axis] - centres[side, axis]
                 _differentiate(
-                    xyz[i] - centres[side],
+                    reduced,
                     distance[k, side],
                     rotations[side],
                     (centre_changes[:, side], rotation_changes[:, side]),
