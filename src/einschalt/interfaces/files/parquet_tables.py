@@ -138,8 +138,10 @@ def _read_columns(data, schema, said, source):
         return as_pandas(understood_values(values, column.bound))
 
     found = read_columns(data, metadata, stored, understand)
-    empty = as_pandas(pa.chunked_array([pa.nulls(metadata.num_rows)]))
-    columns = [found[name].pop(0) if found.get(name) else empty for name in names]
+    nothing = pa.chunked_array([pa.nulls(metadata.num_rows)])
+    columns = [
+        found[name].pop(0) if found.get(name) else as_pandas(nothing) for name in names
+    ]
     return columns, names, meant, place
 
 
