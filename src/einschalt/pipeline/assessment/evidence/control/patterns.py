@@ -279,8 +279,8 @@ def _n_points(pattern, is_free):
 
 
 def _without(tests, is_left_out):
-    """The tests without some patterns, as if nothing were known of these."""
-    return replace(tests, squares=np.where(is_left_out, np.nan, tests.squares))
+    """The tests, as if some patterns explained nothing; they count as tried."""
+    return replace(tests, squares=tests.squares * ~np.asarray(is_left_out))
 
 
 def _of_family(tests, p_values):
