@@ -3,11 +3,14 @@
 import gc
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 from einschalt.foundations import kernels
+from einschalt.foundations.kernel_parts import TRIED, PartCompiler, compiler_of_parts
 from einschalt.foundations.kernels import (
     compilations_told_to,
     compiled,
@@ -121,6 +124,9 @@ def quotient_and_one(a, b):
     return quotient(a, b) + 1
 
 
+@pytest.mark.skipif(
+    numba.version_info.short not in TRIED, reason="not tried with this numba"
+)
 def test_what_other_kernels_call_gets_no_machine_code_of_its_own(monkeypatch):
     made = []
     make = JITCodeLibrary._finalize_specific
@@ -134,6 +140,11 @@ def test_what_other_kernels_call_gets_no_machine_code_of_its_own(monkeypatch):
     assert quotient_and_one(6, 3) == 3.0
     assert len(made) == 1
     assert quotient_and_one.__name__ in made[0]
+
+
+def test_versions_that_were_not_tried_compile_parts_as_everything():
+    assert compiler_of_parts((0, 60)) is Compiler
+    assert all(compiler_of_parts(version) is PartCompiler for version in TRIED)
 
 
 def test_errors_of_what_a_kernel_calls_are_raised_from_it():

@@ -3,10 +3,16 @@
 numba makes machine code of every function that it compiles, and optimises it with all
 that it calls. For a part that is done for nothing: its caller takes over the code as it
 was before, and does both with the whole.
+
+numba has no words for that, so that methods are overridden which other versions may not
+have: those that were not tried compile parts as they compile everything.
 """
 
+import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+
+TRIED = {(0, 68)}  # versions of numba, major and minor
 
 
 class PartLibrary(JITCodeLibrary):
@@ -42,3 +48,9 @@ class PartCompiler(Compiler):
         # numba names it after the function, which it does not know yet
         library = PartLibrary(target.codegen(), "part")
         super().__init__(typing, target, library, args, return_type, flags, places)
+
+
+def compiler_of_parts(version=None):
+    """Give the compiler of parts, for a version of numba, major and minor."""
+    version = numba.version_info.short if version is None else version
+    return PartCompiler if version in TRIED else Compiler

@@ -22,7 +22,7 @@ from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.runtime import rtsys
 
-from einschalt.foundations.kernel_parts import PartCompiler
+from einschalt.foundations.kernel_parts import compiler_of_parts
 
 PACKAGE = __name__.partition(".")[0]
 NUMBERS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
@@ -79,7 +79,7 @@ def compiled(function=None, **options):
     kernel = numba.njit(**(defaults | options))(function)
     kernel._cache = KernelCache(kernel)  # as njit(cache=True) sets its own
     kernel.compile = _collecting_nothing(kernel.compile)
-    of_parts = {"no_cpython_wrapper": True, "pipeline_class": PartCompiler}
+    of_parts = {"no_cpython_wrapper": True, "pipeline_class": compiler_of_parts()}
     inner = defaults | options | of_parts
     part = cache(lambda: numba.njit(**inner)(function))
     # other kernels call it without the way in from Python, a tenth of the compiling
