@@ -55,6 +55,17 @@ def test_a_table_becomes_a_plain_one(invoke, tmp_path):
     assert wrong.exit_code == 2
 
 
+def test_commas_of_two_meanings_are_asked_about_by_an_option(invoke, tmp_path):
+    given = tmp_path / "t.csv"
+    given.write_text("Punktnr;Rechtswert;Hochwert\nA;1,234;5,678\n", encoding="utf-8")
+    asked = invoke("convert", given, tmp_path / "plain.csv")
+    assert asked.exit_code == 2
+    assert "--decimal ," in asked.stderr
+    assert "block.toml" not in asked.stderr
+    told = invoke("convert", given, tmp_path / "plain.csv", "--decimal", ",")
+    assert told.exit_code == 0, told.output
+
+
 def test_a_list_without_system_or_heights_is_refused(invoke, tmp_path):
     plain = re.sub(r"<reference>.*?</reference>", "", XML, flags=re.DOTALL)
     given, to = tmp_path / "m.xml", tmp_path / "gcp_list.txt"

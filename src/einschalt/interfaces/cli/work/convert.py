@@ -4,19 +4,20 @@ import os
 from dataclasses import replace
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError, OutputError, name_some
+from einschalt.foundations.errors import FileError, OutputError, TableError, name_some
 from einschalt.foundations.kept_texts import kept, retold
 from einschalt.foundations.language import ENGLISH, mark, translated, written_in
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
 from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.block_toml import write_keys
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
-from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
 from einschalt.interfaces.programs.block_tables import marker_reader_of
 from einschalt.interfaces.programs.recognised import reader_of
@@ -40,7 +41,12 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
         _convert_markers(markers, given, output)
         return
     said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
-    _convert_table(look_at(given, said), given, output)
+    try:
+        found = look_at(given, said)
+    except TableError as error:
+        # there is no block.toml that could have the answer
+        raise answered_elsewhere(error, COMMAS_ANSWERED) from None
+    _convert_table(found, given, output)
 
 
 def _convert_foreign(foreign, given, output, crs):

@@ -22,6 +22,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.typed_options import option_of
+from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
@@ -47,9 +48,7 @@ PLACES = {
 }
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
-    'decimal = ","': (
-        "Give --decimal , if they are decimal commas; otherwise take them out"
-    ),
+    **COMMAS_ANSWERED,
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
 LARGEST_CONTROL_ERROR = 10.0  # metres
