@@ -10,7 +10,7 @@ from einschalt.theory.adjustment.pattern_tests import (
     estimate_together,
     examine_patterns,
     examine_scores,
-    p_value_of_more,
+    nested_p_value,
 )
 
 N = 14
@@ -149,6 +149,6 @@ def test_whether_points_move_together_is_the_f_test_of_nested_models():
     freed = examine_patterns(observed, np.eye(8), step[None, :, None], alone)
     nested, whole = (sm.OLS(observed, x).fit() for x in (step, alone))
     expected = whole.compare_f_test(nested)[1]
-    assert p_value_of_more(tests, 0, freed) == pytest.approx(expected, rel=1e-9)
+    assert nested_p_value(tests, 0, freed) == pytest.approx(expected, rel=1e-9)
     same = examine_patterns(observed, np.eye(8), step[None, :, None], step[:, None])
-    assert np.isnan(p_value_of_more(tests, 0, same))
+    assert np.isnan(nested_p_value(tests, 0, same))

@@ -39,11 +39,24 @@ class PatternTests:
         return int(np.nanargmax(self.squares)) if is_known.any() else None
 
 
-def p_value_of_more(tests, place, freed):
-    """Probability that what is free explains no more than the pattern of which it is.
+def nested_p_value(tests, place, freed):
+    """P value of the F test of a pattern against all that it moves, free by itself.
 
-    Whatever common factor all errors have. ``freed``: the tests when all that the
-    pattern moves is free to move by itself. NaN where that is no more than the pattern.
+    Whatever common factor all errors have.
+
+    Parameters
+    ----------
+    tests : PatternTests
+    place : int
+        Of the pattern among them.
+    freed : PatternTests
+        Of the same errors, where what the pattern moves was free.
+
+    Returns
+    -------
+    float
+        Small where the free amplitudes explain significantly more than the pattern;
+        NaN where they are no more than it has, or nothing is left to compare with.
     """
     n_amplitudes = tests.amplitudes.shape[1]
     n_more = tests.n - freed.n - n_amplitudes

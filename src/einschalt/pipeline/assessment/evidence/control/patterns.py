@@ -26,7 +26,7 @@ from einschalt.theory.adjustment.pattern_tests import (
     estimate_together,
     examine_patterns,
     examine_scores,
-    p_value_of_more,
+    nested_p_value,
 )
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
@@ -263,7 +263,7 @@ def _together(tests, patterns, shown, is_free):
         if np.count_nonzero(part) > FEW_ON_A_SIDE:
             break
         freed = shown.tests(patterns, is_free | part)
-        alone = np.nan if freed is None else p_value_of_more(tests, place, freed)
+        alone = np.nan if freed is None else nested_p_value(tests, place, freed)
         if not alone < SYSTEMATIC_SIGNIFICANCE:
             break
         n_shared = np.array([_n_points(each, ~part) for each in patterns])
