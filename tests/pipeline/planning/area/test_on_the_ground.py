@@ -1,5 +1,7 @@
 """Plans over ground that is not level: it is covered, and its precision is judged."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -114,10 +116,22 @@ def test_level_ground_takes_no_model_more():
     plain = recommended.plan_area(area, found, frame)
     assert level.flown.cost == plain.flown.cost
     assert level.checked.reached == pytest.approx(plain.checked.reached, rel=1e-6)
-    sloping = plan_over(FIELD, to_north)
-    n_images = [p.flown.effort["amount"].iloc[0] for p in (level, sloping)]
+    rising = plan_over(FIELD, gently)
+    n_images = [p.flown.effort["amount"].iloc[0] for p in (level, rising)]
     assert n_images[1] > n_images[0]
-    assert sloping.flown.cost > level.flown.cost
+    assert rising.flown.cost > level.flown.cost
+
+
+@pytest.mark.parametrize("scale_number", [7500, 8600, 9500])
+@pytest.mark.parametrize("rise", [1e-4, 0.002])
+def test_strips_move_rather_than_become_more(rise, scale_number):
+    """Models flush with the border of an area show no more of it where ground rises."""
+    choices = replace(CHOICES, scale_number=(scale_number,))
+    given = {"choices": choices, "shape": NOTCHED}
+    level = plan_over(terrain=lambda plane: np.full(len(plane), 400.0), **given)
+    tilted = plan_over(terrain=lambda plane: 400 + (plane - LOW) @ (rise, 0.0), **given)
+    assert tilted.flown.cost == pytest.approx(level.flown.cost, rel=0.01)
+    assert tilted.checked.reached == pytest.approx(level.checked.reached, rel=0.01)
 
 
 def test_ground_that_no_model_shows_is_refused(monkeypatch):

@@ -36,6 +36,8 @@ RISES_MORE = 1.1
 PLACES_IN_HALF_A_MODEL = 6.0
 MOST_PLACES = 30_000
 MOST_ROUNDS = 16  # of models that are added
+MOVED_MORE = 1.25  # than places want, since models elsewhere fly at other altitudes
+SLACK = 1e-9  # of a step, for sums of decimals
 NEAR = 1.5  # half models: a model so near may show a place on lower ground
 MOST_UNCOVERED, LEAST_SAID = 0.002, 0.0001  # of the area
 
@@ -221,6 +223,7 @@ class _Coverage:
     def __init__(self, layout, flight, number, heights, follows):
         flown, self.geometry = layout.flights[flight], layout.geometry
         self.flown, self.area = flown, layout.area
+        self.flight, self.number = flight, number
         self.raster = flown.rasters[number]
         self.kept = flown.place[flown.coverage == number]
         self.nominal = planned_heights(layout.design)[flight]
@@ -265,47 +268,53 @@ class _Coverage:
         return centre[is_in], point[is_in]
 
     def with_ends(self, places, left):
-        """The raster with one strip, or one model in each, more at ends that want it.
+        """The raster moved or stretched to its ends, or longer there, as these want it.
 
-        The same raster where places are left between models alone.
+        One strip, or one model in each, more where moving does not do. The same raster
+        where places are left between models alone.
         """
-        raster = self.raster
-        local = turn(places.position[left], -raster.direction)
-        length, width = self.area.extent
-        steps = (raster.base, self._apart())
+        raster, geometry = self.raster, self.geometry
+        apart = self.flown.scale_number * np.array(geometry.neat_model)
+        wanted = np.flatnonzero(places.wanted[self.flight, self.number])
+        half, local = self._half_at(places, wanted)
+        is_left = np.isin(wanted, left)
         axes = []
-        for axis, (values, step, extent) in enumerate(
-            zip((raster.along, raster.across), steps, (length, width), strict=True)
-        ):
-            beyond = self._is_beyond(places, left, local, axis)
-            axes.append(_with_ends_of(values, step, extent / 2.0, beyond))
-        if all(len(new) == n for new, n in zip(axes, raster.shape, strict=True)):
-            return raster
+        for axis, values in enumerate((raster.along, raster.across)):
+            given = values, local[:, axis], half[:, axis]
+            room = _room_at_ends(*given)
+            is_short = [end.min(initial=np.inf, where=is_left) < 0.0 for end in room]
+            if not any(is_short):
+                axes.append(values)
+                continue
+            extent = self.area.extent[axis] / 2.0
+            closest = min(apart[axis], 2.0 * half[:, axis].min())
+            moved = _moved(values, [end.min(initial=np.inf) for end in room], closest)
+            if moved is None or np.abs(moved[[0, -1]]).max() > extent:
+                moved = _with_ends_of(values, apart[axis], extent, is_short)
+            axes.append(moved)
         along, across = axes
+        if along is raster.along and across is raster.across:
+            return raster
         base = float(np.diff(along).min()) if len(along) > 1 else raster.base
         return replace(raster, along=along, across=across, base=base)
 
-    def _apart(self):
-        return self.flown.scale_number * self.geometry.neat_model[1]
+    def _half_at(self, places, rows):
+        """What the nearest models show of places, half [m], and their local positions.
 
-    def _is_beyond(self, places, left, local, axis):
-        """Whether places lie too far beyond the first and the last models."""
-        values = (self.raster.along, self.raster.across)[axis]
-        ends = np.array([values[0], values[-1]])
-        nearest = np.clip(local[:, axis], *ends)
-        strips = self.raster.across
-        strip = np.argmin(np.abs(local[:, 1][:, None] - strips), axis=1)
-        place = np.argmin(np.abs(local[:, 0][:, None] - self.raster.along), axis=1)
-        n_along, n_across = self.raster.shape
+        Both (n, 2), along and across the strips.
+        """
+        raster = self.raster
+        local = turn(places.position[rows], -raster.direction)
+        place, strip = (
+            np.searchsorted((centres[1:] + centres[:-1]) / 2.0, local[:, axis])
+            for axis, centres in enumerate((raster.along, raster.across))
+        )
+        n_along, n_across = raster.shape
         centre = (n_across - 1 - strip) * n_along + place
         near, of_near = np.unique(centre, return_inverse=True)
-        altitude = self._altitudes(near)[of_near]
-        depth = (altitude - places.ground[left]) / self.nominal
+        depth = (self._altitudes(near)[of_near] - places.ground[rows]) / self.nominal
         depth = risen(depth, RISES_MORE)[:, None]
-        half = half_at(depth, self.flown, self.geometry)[:, axis]
-        is_short = np.abs(local[:, axis] - nearest) > half
-        is_low = local[:, axis] < nearest
-        return (is_short & is_low).any(), (is_short & ~is_low).any()
+        return half_at(depth, self.flown, self.geometry), local
 
 
 def _of_strips(raster, flown, number):
@@ -315,6 +324,35 @@ def _of_strips(raster, flown, number):
     is_flown = np.isfinite(altitudes)
     total = np.where(is_flown, altitudes, 0.0).sum(axis=1)
     return total / np.where(is_flown.any(axis=1), is_flown.sum(axis=1), np.nan)
+
+
+def _room_at_ends(centres, place, half):
+    """How much farther out the first and the last models would show places [m].
+
+    Each (n,), infinite for places that lie at the other end; negative where they lie
+    too far out.
+    """
+    below, above = centres[0] - place, place - centres[-1]
+    low = np.where(below > 0.0, half - below, np.inf)
+    high = np.where(above > 0.0, half - above, np.inf)
+    return low, high
+
+
+def _moved(centres, room, apart):
+    """Centres along one axis, moved or stretched so that both ends have room [m].
+
+    ``room`` at the first and at the last of them, negative where they must move out;
+    they stand at most ``apart``. None where that does not do.
+    """
+    low, high = centres[0], centres[-1]
+    least_low, least_high = (max(0.0, -MOVED_MORE * one) for one in room)
+    to_low, to_high = (max(0.0, one / MOVED_MORE) for one in room)
+    low = low - least_low + min(least_high, to_low)
+    high = high + least_high - min(least_low, to_high)
+    n_steps = len(centres) - 1
+    if high - low > n_steps * apart * (1.0 + SLACK) + (n_steps == 0) * SLACK:
+        return None
+    return np.linspace(low, high, n_steps + 1)
 
 
 def _with_ends_of(values, step, extent, beyond):
