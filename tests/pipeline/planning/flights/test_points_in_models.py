@@ -137,6 +137,25 @@ def test_too_much_control_is_told_with_the_spacing_that_helps(monkeypatch):
     assert "which cannot be larger below --max-height" in low.remedy
 
 
+def test_an_area_is_named_over_which_control_is_shared(monkeypatch):
+    """A drone whose images overlap much, below 120 m."""
+    module = "einschalt.pipeline.planning.estimate.work.MOST_ON_THE_GROUND"
+    monkeypatch.setattr(module, 0.5)
+    camera = CAMERAS["uav_full_frame"]
+    names = ("image_format", "principal_distance", "forward_overlap", "side_overlap")
+    frame = PlanFrame(max_height=120.0, **{n: getattr(camera, n) for n in names})
+    choices = replace(CHOICES, spacing=(18.0,), scale_number=camera.scale_numbers)
+    error = refused(find_plans, 0.02, choices, frame)
+    assert "at the corners and in the middle of each model" in error.found
+    assert error.remedy.startswith("Give the area (--area)")
+    assert len(find_plans(0.02, choices, replace(frame, shares_control=True)).plans)
+    # nothing of it where over an area it would be as much
+    closer = replace(frame, shares_control=True)
+    apart = replace(choices, spacing=(70.0,))
+    error = refused(find_plans, 0.02, apart, closer)
+    assert "--area" not in error.remedy
+
+
 def test_limits_are_rounded_to_their_safe_side():
     assert [downwards(value) for value in (6.99, 1299.0, 0.0678)] == [
         *("6.9", "1200", "0.067"),

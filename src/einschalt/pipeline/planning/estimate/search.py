@@ -30,6 +30,7 @@ from einschalt.pipeline.planning.estimate.text import (
     describe_verdict,
 )
 from einschalt.pipeline.planning.estimate.work import (
+    ON_LAYOUTS,
     are_densified,
     is_efficient,
     without_control_alone,
@@ -69,9 +70,6 @@ if TYPE_CHECKING:
 
 EXPECTED = ("centre", "edge", "corner", "mean")  # of ExpectedParts
 OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layout
-ON_LAYOUTS = 0.8
-"""Of the most control, where spacings are advised: layouts over areas take more control
-than the estimate, and would refuse them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,7 +245,7 @@ def _estimated(given, frame, model, where, does=lambda **_changes: False):
     """
     columns = _precisions(given, frame, model, does)
     columns = columns | work_for_each_km2(columns, frame, model)
-    columns = without_control_alone(columns, frame.max_height, does)
+    columns = without_control_alone(columns, frame, model, does)
     for formula in FORMULAS:
         columns[f"reached_{formula}"] = _reached(columns, where, formula)
     return columns

@@ -1,5 +1,7 @@
 """What plans take for each km², what that costs, and which of them are efficient."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from einschalt.pipeline.planning.flights.costs import COLUMN_OF_ITEM, cost_of
@@ -22,6 +24,9 @@ OUTSIDE = 0.5
 """Of models: what of two opposite ones may lie beyond the border of an area."""
 AT_THE_BORDER = 1.5
 """Of steps of control: a row stands on the border, and models beyond it want more."""
+ON_LAYOUTS = 0.8
+"""Of the most control, where spacings are advised: layouts over areas take more control
+than the estimate, and would refuse them."""
 
 
 def work_for_each_km2(columns, frame, model):
@@ -119,12 +124,24 @@ def _share_of_control(columns):
     return columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
 
 
-def without_control_alone(columns, max_height, does):
-    """Leave out plans that survey so many points that few are left to be densified."""
+def without_control_alone(columns, frame, model, does):
+    """Leave out plans that survey so many points that few are left to be densified.
+
+    GeometryError where none is left, which names an area as remedy where over one there
+    are plans.
+    """
     is_plan = are_densified(columns)
     if not is_plan.any():
-        per_point = _share_of_control(columns)
-        raise too_much_control(per_point, columns["spacing"], max_height, does)
+        sharing = replace(frame, shares_control=True)
+        shared = columns | work_for_each_km2(columns, sharing, model)
+        is_shared = are_densified(shared, ON_LAYOUTS).any()
+        raise too_much_control(
+            _share_of_control(columns),
+            columns["spacing"],
+            frame.max_height,
+            does,
+            over_area=not frame.shares_control and bool(is_shared),
+        )
     return {name: values[is_plan] for name, values in columns.items()}
 
 

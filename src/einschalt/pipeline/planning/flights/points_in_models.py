@@ -135,11 +135,12 @@ def too_few_points(fill, given, model, max_height, does) -> GeometryError:
     )
 
 
-def too_much_control(of_points, spacing, max_height, does) -> GeometryError:
+def too_much_control(of_points, spacing, max_height, does, *, over_area=False):
     """Give the refusal of plans whose control is too great a part of all points.
 
     ``of_points`` is that part, ``spacing`` [m] that of the points, (n,); ``does`` as
-    with :func:`too_few_points`.
+    with :func:`too_few_points`. ``over_area`` tells that there are plans over an area,
+    where control is set for all models together.
     """
     largest = np.max(spacing * np.sqrt(MOST_ON_THE_GROUND / of_points)) / MORE
     apart = _spacing_that(does, largest)
@@ -157,8 +158,16 @@ def too_much_control(of_points, spacing, max_height, does) -> GeometryError:
         )
     else:
         remedy = "Give a greater --max-height"
+    if over_area:
+        remedy = (
+            "Give the area (--area): over it control is set for all models together, "
+            f"which takes less of it. Or: {remedy}"
+        )
     return GeometryError(
-        f"control would be at least {per_cent(np.min(of_points))} of the points",
+        "control at the corners and in the middle of each model of the high flight "
+        f"would be at least {per_cent(np.min(of_points))} of the points"
+        if over_area
+        else f"control would be at least {per_cent(np.min(of_points))} of the points",
         expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be better "
         "surveyed on the ground as well",
         remedy=remedy,
