@@ -10,6 +10,7 @@ import einschalt as es
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.choice import check
 from einschalt.pipeline.planning.choice.check import check_plans
 from einschalt.pipeline.planning.choice.finer_choices import (
     REFINED,
@@ -105,6 +106,27 @@ def test_over_an_area_a_cheaper_plan_is_found_between(search):
         p.plan[flights].astype(float) for p in (finer.checked, finer.checked.next_best)
     ]
     assert abs(np.log(two[0] / two[1])).max() > 0.1
+
+
+def test_plans_lie_between_about_the_next_best_too(search, monkeypatch):
+    """Which has gained more where the best was dear in what the other spares."""
+    about = []
+
+    def remembered(search, plan, *given):
+        about.append(plan.name)
+        return plans_between(search, plan, *given)
+
+    monkeypatch.setattr(check, "plans_between", remembered)
+    frame = recommended.frame_over(AREA, PlanFrame())
+    first = check_plans(search, frame)
+    checked = check_plans(search, frame, refine=list(REFINED))
+    assert about[:2] == [first.plan.name, first.next_best.plan.name]
+    names = ["scale_number", "high_scale_number", "n_settings", "m_g_um", "spacing"]
+    names += ["n_coverages", "control_per_model"]
+    tried = checked.search.plans[names].astype(float).round(3)
+    assert len(tried) > len(search.plans)
+    assert not tried.duplicated().any()
+    assert checked.search.plans.index.is_unique
 
 
 def test_the_values_that_are_told_make_a_cheaper_plan(search):

@@ -18,6 +18,7 @@ from einschalt.pipeline.planning.choice.finer_choices import (
     REFINED,
     describe_finer,
     finer_choices,
+    is_among,
     plans_between,
     searched_with,
 )
@@ -217,7 +218,7 @@ def check_plans(
         tries.go(trials, most, all_tried)
         best = tries.best()
         if refine and best.is_kept:
-            more = _between(tries, best.plan, frame, refine)
+            more = _between(tries, best, frame, refine)
             tries.search = search = searched_with(search, more)
             trials = trials.extended(pd.concat([plans, more]))
             tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
@@ -227,19 +228,20 @@ def check_plans(
 
 
 def _between(tries, best, frame, refine):
-    """Plans between those of a search, about the best and about what came near to it.
+    """Plans between those of a search, about the best ones and what came near to them.
 
-    With another number of coverages, or of control points in a model, none may have
-    been kept, and one between may be: about the one of each that misses the target by
-    the least.
+    About the next best as well, which may gain more. With another number of coverages,
+    or of control points in a model, none may have been kept, and one between may be:
+    about the one of each that misses the target by the least.
     """
-    about, found = [best, *tries.nearest_of_others(best)], []
-    first = tries.search.plans.index.max() + 1
+    of_kept = [best] if best.next_best is None else [best, best.next_best]
+    about = [kept.plan for kept in of_kept] + [*tries.nearest_of_others(best.plan)]
+    found = tries.search.plans.iloc[:0]
     for plan in about:
         more = plans_between(tries.search, plan, frame, refine)
-        found.append(more.set_axis(range(first, first + len(more))))
-        first += len(more)
-    return pd.concat(found)
+        found = pd.concat([found, more[~is_among(more, found)]])
+    first = tries.search.plans.index.max() + 1
+    return found.set_axis(range(first, first + len(found)))
 
 
 @dataclass

@@ -94,12 +94,12 @@ def plans_between(search, plan, frame, names) -> pd.DataFrame:
     )
     given = {"where": search.where, "by": search.by}
     found = find_plans(search.target, choices, frame, **given).plans
-    found = found[~_is_among(found, plans)]
+    found = found[~is_among(found, plans)]
     first = plans.index.max() + 1
     return found.set_axis(range(first, first + len(found)))
 
 
-def _is_among(found, plans):
+def is_among(found, plans):
     """Whether plans are among others, (n_found,)."""
     names = ["scale_number", "high_scale_number", "n_settings", "m_g_um"]
     names += ["spacing", "n_coverages", "control_per_model"]
