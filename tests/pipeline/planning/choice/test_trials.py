@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from einschalt.foundations import batches
-from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.choice.check import check_plans, design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT, Trials
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
     PlanFrame,
     find_plans,
 )
+from einschalt.pipeline.planning.propagation.expected_precision import propagate_design
 
 FRAME = PlanFrame()
 CHOICES = PlanChoices(
@@ -61,6 +62,29 @@ def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
         checked = check_plans(found, FRAME, at_once=2)
         told.append((checked.plan.name, checked.reached, checked.dropped))
     assert told[0] == told[1] == told[2]
+
+
+def test_no_more_are_tried_when_the_work_is_done_and_one_is_kept(found):
+    propagated = []
+
+    def judge(plan):
+        propagated.append(plan.name)
+        return propagate_design(design_of(plan, FRAME))
+
+    def tried(**given):
+        propagated.clear()
+        checked = check_plans(found, FRAME, judge=judge, **given)
+        return checked, len(propagated)
+
+    first, n_first = tried(spent=lambda: 1.0)
+    assert first.is_kept  # however much is spent before it
+    assert first.plan.name == propagated[-1]
+    # a part of it is left for values between
+    more, n_more = tried(refine=["scale_number"], spent=lambda: 0.6)
+    assert n_more > n_first
+    assert more.plan["cost"] < first.plan["cost"]
+    assert tried(refine=["scale_number"], spent=lambda: 1.0)[1] == n_first
+    assert tried()[1] > n_first
 
 
 def test_what_grows_from_layout_to_layout_is_expected_to_go_on(found):

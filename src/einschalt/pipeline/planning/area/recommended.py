@@ -74,6 +74,9 @@ MOST_TRIED, PATIENCE, ENOUGH = 16, 4, 3
 AT_ONCE = 2  # layouts that are propagated side by side, whatever the machine
 # where each takes a second or more, of areas of so many points
 LARGE, MOST_OF_LARGE = 20_000, 10
+# pairs of models at the points of all layouts that are propagated, of both flights:
+# two or three seconds, where dozens of models hold each point
+MOST_PAIRS = 4_700_000
 ITEM_TEXT = mark_each(
     {
         "image": "photographs",
@@ -214,6 +217,7 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         judge=over.judge,
         cost=over.cost,
         count=over.layouts.cost,
+        spent=over.spent,
         refine=refine,
         progress=progress,
     )
@@ -236,6 +240,7 @@ class _OverArea:
     layouts: TriedLayouts
     # by name of a plan: its whole layout, its FlightPlan, and what is to be said of it
     wholes: dict = field(default_factory=dict)
+    n_pairs: list = field(default_factory=list)  # of each layout that was propagated
 
     def judge(self, plan):
         """Propagate a row of a search; GeometryError where its layout is refused."""
@@ -243,7 +248,12 @@ class _OverArea:
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
             require_densified(found.layout, plan["spacing"])
+        self.n_pairs.append(_pairs_of_models(found.layout))
         return propagate(found.layout)
+
+    def spent(self):
+        """Part of the work that is allowed for which layouts were propagated."""
+        return sum(self.n_pairs) / MOST_PAIRS
 
     def whole(self, plan):
         """Give a plan's layout and FlightPlan over the whole area, and their notes."""
@@ -263,6 +273,15 @@ class _OverArea:
         if self.layouts.ground.heights is None and not found.is_part:
             return self.layouts.counted(found.layout, plan)
         return self.whole(plan)[1].cost / self.layouts.area.square_km
+
+
+def _pairs_of_models(layout):
+    """Pairs of models that hold a point, each with itself, of all points and flights.
+
+    What propagation takes grows with them.
+    """
+    held = (np.bincount(flown.point) for flown in layout.flights.values())
+    return sum(int((n_models**2).sum()) for n_models in held)
 
 
 def _most_tried(area, search):

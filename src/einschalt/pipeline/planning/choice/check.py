@@ -48,6 +48,7 @@ MOST_BETWEEN = 6  # beside the cheapest of them
 KIND = ("n_coverages", "control_per_model")
 NEARLY = 0.3  # of a target that is missed: plans beside such ones may keep it
 ALIKE = 0.1  # of logarithms of scales
+FOR_GIVEN_VALUES = 0.55  # of the work that is allowed; the rest for values between
 MOST_REFUSED = 60  # layouts that cannot be flown
 MOST_SAID = 3  # plans that miss the target, the cheapest
 RECOMMENDED = 2  # the plan that is recommended, and the next best
@@ -177,6 +178,7 @@ def check_plans(
     judge=None,
     cost=None,
     count=None,
+    spent=None,
     refine=(),
     progress=None,
 ) -> CheckedPlan:
@@ -199,7 +201,9 @@ def check_plans(
     what it costs as it was laid out, by default the cost of the row; ``count(plan)``
     what it would cost as it is laid out, for each km², where rows have but an estimate:
     asked of plans that may be the cheapest, before one is propagated; None where
-    counting has taken enough. ``refine`` names choices of which values between those of
+    counting has taken enough. ``spent()`` gives the part of the work that was allowed
+    for which layouts were propagated: once one keeps the target, and no work is left,
+    no more are tried. ``refine`` names choices of which values between those of
     the search are tried as well, about the cheapest that is kept, and about near misses
     of another kind: those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
@@ -214,8 +218,8 @@ def check_plans(
     all_tried = most + (MOST_BETWEEN if refine else 0)
     # BLAS before the threads, each of which asks for the same
     with one_blas_thread(), working_on_parts(at_once) as on_parts:
-        tries = _Tries(search, judge, cost, progress, at_once, on_parts)
-        tries.go(trials, most, all_tried)
+        tries = _Tries(search, judge, cost, progress, at_once, on_parts, spent)
+        tries.go(trials, most, all_tried, work=FOR_GIVEN_VALUES if refine else 1.0)
         best = tries.best()
         if refine and best.is_kept:
             more = _between(tries, best, frame, refine)
@@ -254,14 +258,20 @@ class _Tries:
     progress: Callable | None
     at_once: int
     on_parts: Callable  # as over_parts
+    spent: Callable | None  # part of the work that is allowed
     tried: list = field(default_factory=list)  # CheckedPlan with its cost
     refused: list = field(default_factory=list)  # errors
     # by name of a plan: itself with its error [m], or with the reason
     dropped: dict = field(default_factory=dict)
 
-    def go(self, trials, most, all_tried):
-        """Try what is worth it, until ``most`` are propagated in all."""
+    def go(self, trials, most, all_tried, work=1.0):
+        """Try what is worth it, until ``most`` are propagated in all.
+
+        Or until one is kept, and a part of the ``work`` that is allowed is done.
+        """
         while len(self.tried) < most and len(self.refused) < MOST_REFUSED:
+            if trials.kept and self.spent is not None and self.spent() >= work:
+                break
             plans = trials.next_ones(min(self.at_once, most - len(self.tried)))
             if not plans:
                 break
@@ -388,11 +398,8 @@ def _commonest(refused):
     first, *others = max(by_reason.values(), key=len)
     if len(refused) == 1:
         return first
-    said = kept(
-        "{n} of {n_all} layouts that were tried are refused alike",
-        n=1 + len(others),
-        n_all=len(refused),
-    )
+    message = "{n} of {n_all} layouts that were tried are refused alike"
+    said = kept(message, n=1 + len(others), n_all=len(refused))
     return first.with_facts(found=f"{said}: {first.found}")
 
 
