@@ -84,8 +84,13 @@ CALLS = {
     ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 500000", "Give"),
     ("plan", "--point-spacing", 1e5): (
         "--point-spacing = 100000",
-        "0.5 to 50000 metres",
+        "1 to 10000 metres",
         "Did you give kilometres?",
+    ),
+    ("plan", "--target", "5cm", "--spacing", 0.5): (
+        "--spacing = 0.5",
+        "1 to 10000 metres",
+        None,
     ),
     ("plan", "--scale", "8000,x"): ("--scale 'x'", "numbers as 6000,8000", None),
     ("plan", "--expect", "--scale", "8000,9000"): (
@@ -102,7 +107,7 @@ CALLS = {
     ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5.0", "500 to 200000", None),
     ("simulate", "--camera", "dmc_3", "--spacing", 0.1, *OUT): (
         "--spacing = 0.1",
-        "0.5 to 50000 metres",
+        "1 to 10000 metres",
         None,
     ),
     ("plan", "--target", "5cm", "--costs", "image=-1"): (

@@ -11,12 +11,11 @@ from einschalt.foundations.language import (
     mark_each,
     translated,
 )
-from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
-from einschalt.interfaces.cli.typed_options import option_of
+from einschalt.interfaces.cli.typed_options import option_of, told_as_typed
 from einschalt.pipeline.planning.area.simulated_plan import planned_block
 from einschalt.pipeline.planning.choice.check import check_plans
 from einschalt.pipeline.planning.choice.finer_choices import REFINED
@@ -58,18 +57,10 @@ def search(asked: Asked) -> Answer:
         with late_progress() as progress:
             given = {"refine": refined_by(asked), "progress": progress}
             checked = check_plans(found, frame, **given)
+    except SettingsError:  # a value that was given and that no layout has
+        raise
     except EinschaltError as error:
-        # the plans are what was asked for; the check of the best comes on top
-        message = mark("No plan is recommended: the best cannot be laid out: {reason}")
-        said = wrapped(translated(message, reason=told(error)), indent="  ")
-        tables, scales = {"plans": found.plans}, scales_of(found.nearest)
-        return Answer(
-            *(f"{said}\n\n{found.summary()}", lambda: tables),
-            *(lambda: _figure_of(found), scales),
-            headline=_headline_without_layout(found),
-            problem=error,
-            notes=notes_of(found.nearest["n_coverages"]),
-        )
+        return _unchecked(found, error)
 
     found = checked.search
     parts = [
@@ -86,6 +77,21 @@ def search(asked: Asked) -> Answer:
         planned=lambda: (planned_block(checked), frame),
         problem=problem_of(checked, found),
         notes=notes_of(checked.plan["n_coverages"]),
+    )
+
+
+def _unchecked(found, error):
+    """Answer with the plans, which were asked for: the check of the best failed."""
+    message = mark("No plan is recommended: the best cannot be laid out: {reason}")
+    reason = told_as_typed(error)
+    said = wrapped(translated(message, reason=reason), indent="  ")
+    tables, scales = {"plans": found.plans}, scales_of(found.nearest)
+    return Answer(
+        *(f"{said}\n\n{found.summary()}", lambda: tables),
+        *(lambda: _figure_of(found), scales),
+        headline=_headline_without_layout(found),
+        problem=error,
+        notes=notes_of(found.nearest["n_coverages"]),
     )
 
 

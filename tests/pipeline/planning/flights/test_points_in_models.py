@@ -56,7 +56,7 @@ def test_a_table_names_both_ways_out(spacing):
 
 
 def test_no_spacing_is_advised_that_is_refused():
-    assert "spacings of at most" not in refused(table_of_uav, 100, 0.9).remedy
+    assert "spacings of at most" not in refused(table_of_uav, 100, 1.1).remedy
     assert "spacings of at most 6.9 m" in refused(table, [100], [50]).remedy
 
 

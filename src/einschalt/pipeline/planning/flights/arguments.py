@@ -19,7 +19,8 @@ RANGES = {
     "scale_number": Range(
         100, 500_000, likely_slip="Give the denominator: 8000 for 1:8000"
     ),
-    "spacing": Range(0.5, 50_000, "metres", likely_slip="Did you give kilometres?"),
+    # of scales and spacings what a layout takes as well: a test compares them
+    "spacing": Range(1, 10_000, "metres", likely_slip="Did you give kilometres?"),
     "m_0": Range(
         1e-4, 5, "metres", likely_slip="Did you give centimetres? 10 cm are 0.10"
     ),
