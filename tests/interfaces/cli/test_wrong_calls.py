@@ -208,17 +208,20 @@ def test_a_wrong_price_is_told_in_words_that_can_be_typed(invoke):
     assert "expected costs as image=10,model=20,setting=0.5,control_point=100" in said
 
 
-def test_overlaps_that_no_layout_has_are_refused_before_the_search(invoke):
-    refused = invoke("plan", "--target", "5cm", "--forward-overlap", "45%")
+@pytest.mark.parametrize(
+    ("question", "option", "found"),
+    [
+        (["--target", "5cm"], ["--forward-overlap", "45%"], "0.45; expected 0.522 to"),
+        (["--target", "5cm"], ["--forward-overlap", "50%"], "0.5; expected 0.522 to"),
+        (["--expect"], ["--forward-overlap", "50%"], "0.5; expected 0.522 to"),
+        (["--expect"], ["--forward-overlap", "60"], "60; expected 0.522 to"),
+        (["--target", "5cm"], ["--side-overlap", "1%"], "0.01; expected 0.0435 to"),
+    ],
+)
+def test_overlaps_that_no_layout_has_are_refused_before_the_search(
+    question, option, found, invoke
+):
+    refused = invoke("plan", *question, *option)
     assert refused.exit_code == 2
-    assert "--forward-overlap = 0.45; expected 0.5 to 0.95" in refused.stderr
+    assert f"{option[0]} = {found}" in refused.stderr
     assert not refused.stdout
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_folder_may_have_a_number_behind_a_dot(invoke, tmp_path):
-    call = ["plan", "--scale-number", "8000", "--spacing", "300"]
-    assert invoke(*call, "--output", tmp_path / "plan_v1.2").exit_code == 0
-    assert (tmp_path / "plan_v1.2" / "summary.txt").is_file()
-    refused = invoke(*call, "--output", tmp_path / "plan.xls")
-    assert "suffix '.xls' is unknown" in refused.stderr

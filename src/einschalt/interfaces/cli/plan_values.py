@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -116,19 +117,29 @@ def _number(option, text, expected=NUMBERS):
         raise SettingsError(f"{option} {text!r}", expected=expected) from None
 
 
-def flight_of(options) -> PlannedFlight:
-    """Put a camera and what was given in its place [mm] together, and check them."""
+def flight_of(options, *, on_layout=False) -> PlannedFlight:
+    """Put a camera and what was given in its place [mm] together, and check them.
+
+    ``on_layout``: overlaps are those that a layout may have.
+    """
     preset = CAMERAS[options["camera"]]
     sides, distance = sides_and_distance(options)
     sides = preset.image_format if sides is None else sides
     distance = preset.principal_distance if distance is None else distance
-    overlaps = [
-        getattr(preset, name) if options[name] is None else options[name]
+    overlaps = {
+        name: getattr(preset, name) if options[name] is None else options[name]
         for name in ("forward_overlap", "side_overlap")
-    ]
+    }
+    if on_layout:
+        # imported when a layout is asked for: it takes numba along
+        from einschalt.pipeline.planning.flights.flight_design import (  # noqa: PLC0415
+            require_overlaps,
+        )
+
+        require_overlaps(SimpleNamespace(image_format=sides, **overlaps))
     return PlannedFlight(
         preset,
-        planned_model(options["kind"], options["edge"], sides, *overlaps),
+        planned_model(options["kind"], options["edge"], sides, **overlaps),
         checked_number("principal_distance", distance),
     )
 
@@ -240,4 +251,5 @@ def asked_of(options, typed) -> Asked:
             remedy="Write --target 5cm as well",
         )
     unused = [name for name in typed if question not in COUNTS_FOR.get(name, QUESTIONS)]
-    return Asked(question, options, flight_of(options), tuple(unused), tuple(typed))
+    flight = flight_of(options, on_layout=question != "tables")
+    return Asked(question, options, flight, tuple(unused), tuple(typed))

@@ -5,6 +5,7 @@ Everything here is free of error; what disturbs it stands in
 figures of the documentation, after the test block Neukirchen of Kovarik 1971.
 """
 
+import math
 from dataclasses import dataclass
 
 from einschalt.foundations.arguments import described, is_choice
@@ -294,13 +295,12 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
             )
 
     def _problems_of_gaps(self):
-        rims = 2.0 * self.unusable_rim
-        forward = (1.0 + rims / self.image_format) / 2.0
+        least = least_overlaps(self.image_format, self.across, self.unusable_rim)
         words = (
-            ("forward_overlap", forward, ALONG, "models"),
-            ("side_overlap", rims / self.across, ACROSS, "strips"),
+            ("forward_overlap", ALONG, "models"),
+            ("side_overlap", ACROSS, "strips"),
         )
-        for (name, least, message, between), size, step in zip(
+        for (name, message, between), size, step in zip(
             words, self.usable_model, self.neat_model, strict=True
         ):
             if size < step - TOLERANCE:
@@ -308,5 +308,26 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
                 yield SettingsError(
                     kept(message, **in_mm),
                     expected=APART[between],
-                    remedy=f"Raise {name} to {least:.3g} or more",
+                    remedy=f"Raise {name} to {least[name]:g} or more",
                 )
+
+
+def least_overlaps(along, across, rim) -> dict[str, float]:
+    """Overlaps from which on models leave no gaps, by name, rounded up.
+
+    Of images ``along`` by ``across`` with an unusable ``rim`` [m].
+
+    >>> least_overlaps(0.23, 0.23, 0.005)
+    {'forward_overlap': 0.522, 'side_overlap': 0.0435}
+    """
+    forward, side = (1.0 + 2.0 * rim / along) / 2.0, 2.0 * rim / across
+    exact = {"forward_overlap": forward, "side_overlap": side}
+    return {name: _three_digits_up(least) for name, least in exact.items()}
+
+
+def _three_digits_up(least):
+    """Round up to three digits; what is as round, but for its last bits, stays."""
+    if least <= 0.0:
+        return least
+    n_decimals = 2 - math.floor(math.log10(least))
+    return round(math.ceil(round(least * 10.0**n_decimals, 6)) / 10.0**n_decimals, 12)

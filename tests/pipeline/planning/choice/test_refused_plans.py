@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.choice.check import (
@@ -316,3 +316,10 @@ def test_ground_that_reaches_the_cameras_leaves_no_overlap():
         recommended.plan_area(SLOPING, found, over, heights=heights)
     assert "overlaps of 0 and 0 % are left" in str(caught.value)
     assert "Plan parts of the area by themselves" in str(caught.value)
+
+
+def test_overlaps_that_leave_gaps_are_no_plan_that_was_tried():
+    frame = replace(PlanFrame(), forward_overlap=0.51)
+    found = find_plans(0.05, CHOICES, frame)
+    with pytest.raises(SettingsError, match=r"^forward_overlap = 0.51; expected 0.522"):
+        check_plans(found, frame)

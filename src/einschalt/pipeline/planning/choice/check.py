@@ -32,7 +32,10 @@ from einschalt.pipeline.planning.estimate.text import (
     missed_in_cm,
 )
 from einschalt.pipeline.planning.flights.cameras import describe_heights
-from einschalt.pipeline.planning.flights.flight_design import FlightDesign
+from einschalt.pipeline.planning.flights.flight_design import (
+    FlightDesign,
+    require_overlaps,
+)
 from einschalt.pipeline.planning.propagation.expected_precision import (
     ExpectedPrecision,
     PropagatedBlock,
@@ -210,6 +213,7 @@ def check_plans(
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
         require_choice("refine", name, tuple(REFINED))
+    require_overlaps(frame)
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     cost = cost or (lambda plan: plan["cost"])
     plans = _with_several_coverages(search)

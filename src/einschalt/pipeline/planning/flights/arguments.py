@@ -72,7 +72,7 @@ micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
         plain = float(value) if _is_number(value) else value
         if plain not in allowed:
             raise SettingsError(
-                f"{name} = {_shown(value)}",
+                f"{name} = {shown(value)}",
                 expected=str(allowed),
                 remedy=allowed.remedy_for(plain),
             )
@@ -85,7 +85,8 @@ def _is_number(value):
     return is_real and not (isinstance(value, int) and abs(value) > LARGEST_NUMBER)
 
 
-def _shown(value):
+def shown(value):
+    """Write a value as messages quote it."""
     return f"{float(value):g}" if _is_number(value) else described(value)
 
 

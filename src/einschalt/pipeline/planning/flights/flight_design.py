@@ -7,13 +7,17 @@ from numbers import Real
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.foundations.value_ranges import Range
+from einschalt.pipeline.planning.flights.arguments import RANGES as ASKED
 from einschalt.pipeline.planning.flights.arguments import (
+    checked_axis,
     checked_number,
     flown_model,
+    shown,
 )
 from einschalt.pipeline.planning.flights.points_in_models import require_points
 from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
-from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.geometry import BlockGeometry, least_overlaps
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.theory.planning.expected_precision import models_per_point
 from einschalt.theory.planning.kovarik_precision import (
@@ -76,6 +80,7 @@ class FlightDesign:
                 remedy="Give the larger denominator to the high flight",
             )
         _check_work(self.most_work)
+        require_overlaps(self)
         require_points(self.model, self.scale_number, self.spacing)
         self.geometry()
         self.noise()
@@ -176,7 +181,31 @@ def usable_model(model) -> tuple[float, float]:
 
 
 def _rim(model):
-    return min(model.image_format) * RIM_OVER_SIDE
+    return _rim_of(*model.image_format)
+
+
+def _rim_of(along, across):
+    return min(along, across) * RIM_OVER_SIDE
+
+
+def require_overlaps(flown):
+    """Refuse overlaps of a design or a frame with which no layout is made.
+
+    SettingsError where models would leave gaps, or photographs lie too close.
+    """
+    sides = checked_axis("image_format", flown.image_format)
+    along, across = float(sides[0]), float(sides[-1])
+    least = least_overlaps(along, across, _rim_of(along, across))
+    for name, without_gaps in least.items():
+        value, of_blocks = getattr(flown, name), BLOCK_RANGES[name]
+        low = max(of_blocks.low, without_gaps)
+        allowed = Range(low, of_blocks.high, likely_slip=ASKED[name].likely_slip)
+        if value not in allowed:
+            raise SettingsError(
+                f"{name} = {shown(value)}",
+                expected=f"{allowed} of the image, so that models leave no gaps",
+                remedy=allowed.remedy_for(value),
+            )
 
 
 def _check_work(most_work):
