@@ -80,8 +80,8 @@ CALLS = {
         None,
     ),
     # what is refused behind the call
-    ("plan", "--scale", 50): ("--scale = 50", "100 to 500000", "Give the denominator"),
-    ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 500000", "Give"),
+    ("plan", "--scale", 50): ("--scale = 50", "500 to 200000", "Give the denominator"),
+    ("plan", "--scale-number", 50): ("--scale-number = 50", "500 to 200000", "Give"),
     ("plan", "--point-spacing", 1e5): (
         "--point-spacing = 100000",
         "1 to 10000 metres",

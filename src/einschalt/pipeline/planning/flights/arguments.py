@@ -17,7 +17,7 @@ IN_MM = "Did you give millimetres?"
 PER_CENT = "Did you give per cent?"
 RANGES = {
     "scale_number": Range(
-        100, 500_000, likely_slip="Give the denominator: 8000 for 1:8000"
+        500, 200_000, likely_slip="Give the denominator: 8000 for 1:8000"
     ),
     # of scales and spacings what a layout takes as well: a test compares them
     "spacing": Range(1, 10_000, "metres", likely_slip="Did you give kilometres?"),
