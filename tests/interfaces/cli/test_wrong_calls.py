@@ -10,6 +10,7 @@ from einschalt.interfaces.cli.lengths import SHARE, with_numbers
 from einschalt.interfaces.cli.typed_options import as_typed, option_of, remember_typed
 
 OUT = ("--output", "out")
+CLOSE = ("--n-coverages", 4, "--forward-overlap", 0.8, "--side-overlap", 0.6)
 CAMERAS_BUT_ONE = (
     "film_wide, film_normal, film_super_wide, ultracam_eagle, dmc_3, ultracam_xp, "
     "dmc_ii_250, uav_full_frame, uav_one_inch or uav_four_thirds"
@@ -91,6 +92,22 @@ CALLS = {
         "--spacing = 0.5",
         "1 to 10000 metres",
         None,
+    ),
+    # nobody has given the distance of the points of its layout
+    (*("plan", "--expect", "--width", "1000km", "--height", "1000km"), *CLOSE): (
+        "the layout of an area of 1000000 x 1000000 m would have points 80000 m apart, "
+        "to be computed in time",
+        "at most 10000 m",
+        "Give a smaller --width and --height, less overlap, or fewer coverages",
+    ),
+    (
+        *("plan", "--expect", "--spacing", 1900, "--scale", 150_000),
+        *("--high-scale-number", 200_000, *CLOSE),
+    ): (
+        "the layout of an area of 133000 x 133000 m would have points 10640 m apart, "
+        "to be computed in time",
+        "at most 10000 m",
+        "Give a smaller --spacing, less overlap, or fewer coverages",
     ),
     ("plan", "--scale", "8000,x"): ("--scale 'x'", "numbers as 6000,8000", None),
     ("plan", "--expect", "--scale", "8000,9000"): (

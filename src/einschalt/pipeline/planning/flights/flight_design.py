@@ -82,6 +82,7 @@ class FlightDesign:
         _check_work(self.most_work)
         require_overlaps(self)
         require_points(self.model, self.scale_number, self.spacing)
+        self._require_close_points()
         self.geometry()
         self.noise()
 
@@ -124,6 +125,24 @@ class FlightDesign:
         width, height = self.extent
         work = width * height / self.spacing**2 * self.work_of_a_point
         return float(self.spacing) * max(1.0, work / self.most_work) ** 0.5
+
+    def _require_close_points(self):
+        """Refuse an area so large that its layout has no points close enough."""
+        apart, most = self.layout_spacing, BLOCK_RANGES["point_spacing"].high
+        if apart <= most:
+            return
+        width, height = self.extent
+        remedy = "Give a smaller --spacing, less overlap, or fewer coverages"
+        if self.width is not None or self.height is not None:
+            remedy = (
+                "Give a smaller --width and --height, less overlap, or fewer coverages"
+            )
+        raise SettingsError(
+            f"the layout of an area of {width:.0f} x {height:.0f} m would have points "
+            f"{apart:.0f} m apart, to be computed in time",
+            expected=f"at most {most:g} m",
+            remedy=remedy,
+        )
 
     def geometry(self) -> BlockGeometry:
         """Return the layout of both flights over the area."""
