@@ -14,7 +14,8 @@ LARGEST = float(np.finfo(float).max)  # Python's whole numbers go on
 class Range:
     """Smallest and largest value of one field, and its unit for the message.
 
-    ``likely_slip`` is what a value outside suggests: "Did you give millimetres?".
+    ``likely_slip`` is what a value outside suggests: "Did you give millimetres?"; if
+    not every one does, ``slips`` are the smallest and the largest that do.
     """
 
     low: float
@@ -22,6 +23,7 @@ class Range:
     unit: str = ""
     is_whole: bool = False
     likely_slip: str = ""
+    slips: tuple[float, float] = (0.0, np.inf)
 
     def __contains__(self, value):
         """Whether a value is a number of the right kind within the range."""
@@ -35,12 +37,17 @@ class Range:
     def remedy_for(self, value) -> str:
         """What a value outside suggests; no other unit makes 0 or less a size.
 
-        >>> spacing = Range(0.5, 50_000, likely_slip="Did you give kilometres?")
-        >>> spacing.remedy_for(0.25), spacing.remedy_for(-5.0)
-        ('Did you give kilometres?', '')
+        >>> spacing = Range(
+        ...     1, 10_000, likely_slip="Did you give kilometres?", slips=(1e-3, 10)
+        ... )
+        >>> spacing.remedy_for(0.25), spacing.remedy_for(-5.0), spacing.remedy_for(1e5)
+        ('Did you give kilometres?', '', '')
         """
         is_number = isinstance(value, int | float | np.integer | np.floating)
-        return self.likely_slip if is_number and value > 0 else ""
+        if not is_number or value <= 0:
+            return ""
+        low, high = self.slips
+        return self.likely_slip if low <= value <= high else ""
 
     def __str__(self):
         """Return the range as it stands in a message."""

@@ -83,8 +83,8 @@ CALLS = {
     # what is refused behind the call
     ("plan", "--scale", 50): ("--scale = 50", "500 to 200000", "Give the denominator"),
     ("plan", "--scale-number", 50): ("--scale-number = 50", "500 to 200000", "Give"),
-    ("plan", "--point-spacing", 1e5): (
-        "--point-spacing = 100000",
+    ("plan", "--point-spacing", 0.3): (
+        "--point-spacing = 0.3",
         "1 to 10000 metres",
         "Did you give kilometres?",
     ),
@@ -95,8 +95,10 @@ CALLS = {
     ),
     # nobody has given the distance of the points of its layout
     (*("plan", "--expect", "--width", "1000km", "--height", "1000km"), *CLOSE): (
-        "the layout of an area of 1000000 x 1000000 m would have points 80000 m apart, "
-        "to be computed in time",
+        (
+            "the layout of an area of 1000000 x 1000000 m would have "
+            "points 80000 m apart, to be computed in time"
+        ),
         "at most 10000 m",
         "Give a smaller --width and --height, less overlap, or fewer coverages",
     ),
@@ -104,8 +106,10 @@ CALLS = {
         *("plan", "--expect", "--spacing", 1900, "--scale", 150_000),
         *("--high-scale-number", 200_000, *CLOSE),
     ): (
-        "the layout of an area of 133000 x 133000 m would have points 10640 m apart, "
-        "to be computed in time",
+        (
+            "the layout of an area of 133000 x 133000 m would have "
+            "points 10640 m apart, to be computed in time"
+        ),
         "at most 10000 m",
         "Give a smaller --spacing, less overlap, or fewer coverages",
     ),
@@ -242,3 +246,30 @@ def test_overlaps_that_no_layout_has_are_refused_before_the_search(
     assert refused.exit_code == 2
     assert f"{option[0]} = {found}" in refused.stderr
     assert not refused.stdout
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "hint"),
+    [
+        ("--target", "5", "centimetres"),
+        ("--target", "1km", None),
+        ("--target", "1e9", None),
+        ("--spacing", "0.3", "kilometres"),
+        ("--spacing", "1e9", None),
+        ("--forward-overlap", "60", "per cent"),
+        ("--forward-overlap", "101 %", None),
+        ("--m-g-um", "1e9", None),
+        ("--m-0", "1e9", None),
+    ],
+)
+def test_units_are_asked_about_where_the_number_is_one_in_them(
+    option, value, hint, invoke
+):
+    target = () if option in ("--target", "--m-0") else ("--target", "5cm")
+    refused = invoke("plan", *target, option, value)
+    assert refused.exit_code == 2
+    assert "; expected " in refused.stderr
+    if hint is None:
+        assert "Did you" not in refused.stderr
+    else:
+        assert f"Did you give {hint}?" in refused.stderr

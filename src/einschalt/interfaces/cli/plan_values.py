@@ -162,7 +162,7 @@ def _in_metres(name, length_mm):
     raise SettingsError(
         f"--{name.replace('_', '-')} = {length_mm:g}",
         expected="2 to 1000 millimetres",
-        remedy="Did you give metres?" if 0.0 < length_mm < 2.0 else "",
+        remedy="Did you give metres?" if 0.002 <= length_mm <= 1.0 else "",
     )
 
 

@@ -20,7 +20,7 @@ MEASUREMENTS = ("machine", "parallaxes", "images")
 CONTROL_PATTERNS = (5, 9)
 MOST_POINTS = 5_000_000
 HIGHEST_RELIEF = 4.0  # standard deviations: eight waves of the terrain at their crests
-IN_MM = "Did you give millimetres?"
+IN_MM = {"likely_slip": "Did you give millimetres?", "slips": (0.1, 1000)}
 TOLERANCE = 1e-9  # of image lengths [m]: they are sums of decimals
 
 RANGES = {
@@ -30,12 +30,12 @@ RANGES = {
     "jitter": Range(0, 0.49, "of the point spacing"),
     "high_scale_number": Range(500, 200_000),
     "low_scale_number": Range(500, 200_000),
-    "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM),
-    "image_format_across": Range(0.002, 1, "metres", likely_slip=IN_MM),
-    "principal_distance": Range(0.002, 1, "metres", likely_slip=IN_MM),
+    "image_format": Range(0.002, 1, "metres", **IN_MM),
+    "image_format_across": Range(0.002, 1, "metres", **IN_MM),
+    "principal_distance": Range(0.002, 1, "metres", **IN_MM),
     "forward_overlap": Range(0.5, 0.95, "of the image format"),
     "side_overlap": Range(0, 0.9, "of the image format"),
-    "unusable_rim": Range(0, 0.1, "metres", likely_slip=IN_MM),
+    "unusable_rim": Range(0, 0.1, "metres", **IN_MM),
     "n_coverages": Range(1, 4, is_whole=True),
     "coverage_shift": Range(0, 1, "of a base"),
     "control_reach": Range(0.5, 1.3, "of the half neat model"),

@@ -9,10 +9,14 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 
 UM = "micrometres in the image"
-SHARE = Range(0, 0.5, "of the measurements", likely_slip="Did you give per cent?")
+SHARE = Range(
+    *(0, 0.5, "of the measurements"),
+    likely_slip="Did you give per cent?",
+    slips=(0.5, 50),
+)
 RANGES = {
     "control_standard_error": Range(
-        0, 10, "metres", likely_slip="Did you give millimetres?"
+        0, 10, "metres", likely_slip="Did you give millimetres?", slips=(10, 10_000)
     ),
     "high_m_g_um": Range(0, 1000, UM),
     "low_m_g_um": Range(0, 1000, UM),
@@ -25,9 +29,13 @@ RANGES = {
     "low_gross_error_um": Range(0, 100_000, UM),
     "network_strain": Range(0, 10, "metres"),
     "network_strain_wavelength": Range(
-        10, 10_000_000, "metres", likely_slip="Did you give kilometres?"
+        *(10, 10_000_000, "metres"),
+        likely_slip="Did you give kilometres?",
+        slips=(0.01, 10),
     ),
-    "orientation_error": Range(0, 0.02, "radians", likely_slip="Did you give gon?"),
+    "orientation_error": Range(
+        0, 0.02, "radians", likely_slip="Did you give gon?", slips=(0.02, 2)
+    ),
     "y_parallax_um": Range(0, 1000, UM),
 }
 

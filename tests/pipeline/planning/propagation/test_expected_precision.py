@@ -136,7 +136,7 @@ def test_an_oblong_image_covers_what_it_should():
         ({"high_m_g_um": 0}, "m_g_um = 0"),
         ({"n_coverages": 7}, "n_coverages = 7"),
         ({"control_per_model": 4}, "control_per_model = 4"),
-        ({"forward_overlap": 0.4}, "forward_overlap = 0.4; expected 0.5 to"),
+        ({"forward_overlap": 0.4}, "forward_overlap = 0.4; expected 0.522 to"),
         ({"coverage_shift": 2}, "coverage_shift = 2"),
         ({"width": 500, "height": 500}, "2 x 2 points lie on 500 x 500 m"),
         ({"spacing": 2000}, "larger than a model at 1:8000"),

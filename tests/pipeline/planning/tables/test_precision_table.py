@@ -100,7 +100,7 @@ def test_optimal_scale_is_a_row_of_the_table():
         ({"m_0": None}, "m_0 = None"),
         ({"m_g_um": 1e-5}, r"m_g_um = 1e-05; .*metres or millimetres"),
         ({"m_g_um": np.inf}, "m_g_um = inf"),
-        ({"forward_overlap": 1.0}, "forward_overlap = 1; .*per cent"),
+        ({"forward_overlap": 60}, "forward_overlap = 60; .*per cent"),
         ({"forward_overlap": 0}, "forward_overlap = 0"),
         ({"side_overlap": -0.1}, r"side_overlap = -0\.1"),
         ({"side_overlap": 30}, "side_overlap = 30; .*per cent"),

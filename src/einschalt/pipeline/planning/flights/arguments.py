@@ -15,27 +15,40 @@ from einschalt.theory.planning.leverage import PLANNED_KINDS
 
 IN_MM = "Did you give millimetres?"
 PER_CENT = "Did you give per cent?"
+# what may be meant for them: from 2 % on, since 101 % are per cent that were understood
+OF_PER_CENT = (2.0, 100.0)
 RANGES = {
+    # of scales and spacings what a layout takes as well: a test compares them
     "scale_number": Range(
         500, 200_000, likely_slip="Give the denominator: 8000 for 1:8000"
     ),
-    # of scales and spacings what a layout takes as well: a test compares them
-    "spacing": Range(1, 10_000, "metres", likely_slip="Did you give kilometres?"),
+    "spacing": Range(
+        *(1, 10_000, "metres"),
+        likely_slip="Did you give kilometres?",
+        slips=(1e-3, 10),
+    ),
     "m_0": Range(
-        1e-4, 5, "metres", likely_slip="Did you give centimetres? 10 cm are 0.10"
+        *(1e-4, 5, "metres"),
+        likely_slip="Did you give centimetres? 10 cm are 0.10",
+        slips=(1, 500),
     ),
     "m_g_um": Range(
-        0.05,
-        500,
-        "micrometres in the image",
+        *(0.05, 500, "micrometres in the image"),
         likely_slip="Did you give metres or millimetres? 0.01 mm are 10",
+        slips=(5e-8, 0.5),
     ),
-    "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM),
-    "principal_distance": Range(0.002, 2, "metres", likely_slip=IN_MM),
-    "forward_overlap": Range(0.01, 0.99, "of the image", likely_slip=PER_CENT),
-    "side_overlap": Range(0, 0.99, "of the image", likely_slip=PER_CENT),
+    "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM, slips=(2, 1000)),
+    "principal_distance": Range(0.002, 2, "metres", likely_slip=IN_MM, slips=(2, 2000)),
+    "forward_overlap": Range(
+        *(0.01, 0.99, "of the image"), likely_slip=PER_CENT, slips=OF_PER_CENT
+    ),
+    "side_overlap": Range(
+        *(0, 0.99, "of the image"), likely_slip=PER_CENT, slips=OF_PER_CENT
+    ),
     "target": Range(
-        1e-4, 1, "metres", likely_slip="Did you give centimetres? 5 cm are 0.05"
+        *(1e-4, 1, "metres"),
+        likely_slip="Did you give centimetres? 5 cm are 0.05",
+        slips=(1, 100),
     ),
 }
 MOST_COMBINATIONS = 20_000_000

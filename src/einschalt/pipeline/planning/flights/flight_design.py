@@ -1,13 +1,12 @@
 """A planned block in its planner's words, as geometry and noise of a simulation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Real
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
-from einschalt.foundations.value_ranges import Range
 from einschalt.pipeline.planning.flights.arguments import RANGES as ASKED
 from einschalt.pipeline.planning.flights.arguments import (
     checked_axis,
@@ -218,7 +217,7 @@ def require_overlaps(flown):
     for name, without_gaps in least.items():
         value, of_blocks = getattr(flown, name), BLOCK_RANGES[name]
         low = max(of_blocks.low, without_gaps)
-        allowed = Range(low, of_blocks.high, likely_slip=ASKED[name].likely_slip)
+        allowed = replace(ASKED[name], low=low, high=of_blocks.high, unit="")
         if value not in allowed:
             raise SettingsError(
                 f"{name} = {shown(value)}",
