@@ -167,6 +167,23 @@ def test_a_plan_of_control_alone_is_not_recommended(is_part, monkeypatch):
     assert len(plan.layout.control) < 0.5 * area.shape.area / 25.0**2
 
 
+@pytest.mark.parametrize(
+    ("max_height", "is_advised"),
+    [(None, True), (120, False), (130, False), (133, True)],
+)
+def test_larger_scales_are_advised_as_far_as_they_may_be_flown(max_height, is_advised):
+    """The high flight is 119.9 m above ground; 132.6 m are needed."""
+    area = FlightArea(shapely.box(0.0, 0.0, 600.0, 500.0))
+    below = replace(OF_UAV, max_height=max_height)
+    found, frame = recommended.search_over(0.05, area, LITTLE_LEFT, below)
+    with pytest.raises(GeometryError, match="are 55 % of all points") as caught:
+        recommended.plan_area(area, found, frame)
+    remedy = caught.value.remedy
+    assert remedy.startswith("Give spacings of at most 22 m")
+    assert ("larger scale numbers" in remedy) == is_advised
+    assert ("cannot be larger below --max-height" in remedy) != is_advised
+
+
 def test_refusals_come_to_an_end(found):
     judged = []
 

@@ -247,7 +247,7 @@ class _OverArea:
         found = self.layouts.of(plan)
         _require_held(found.layout)
         if not found.is_part:  # a part has more, for its border
-            require_densified(found.layout, plan["spacing"])
+            require_densified(found.layout, plan, self.layouts.frame.max_height)
         self.n_pairs.append(_pairs_of_models(found.layout))
         return propagate(found.layout)
 
@@ -364,7 +364,7 @@ def _whole(area, plan, found, frame, ground):
     if found.is_part:
         layout = lay_out(area, design_over(area, design_of(plan, frame), np.inf))
         layout = ground.flown(layout, plan)
-        require_densified(layout, plan["spacing"])
+        require_densified(layout, plan, frame.max_height)
     heights, follows = ground.heights, ground.follows
     as_flown = {"follows": follows, "photographs": layout.photographs}
     flown = flight_plan(layout, plan, frame, heights, **as_flown)

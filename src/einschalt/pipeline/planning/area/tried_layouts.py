@@ -168,18 +168,35 @@ def design_over(area, design, most_work=MOST_WORK) -> FlightDesign:
     return replace(design, most_work=most_work)
 
 
-def require_densified(layout, spacing):
-    """Refuse a layout of which so many points are control that it densifies little."""
+def require_densified(layout, plan, max_height):
+    """Refuse a layout of which so many points are control that it densifies little.
+
+    ``plan`` is its row of a search, ``max_height`` the limit above ground, None if
+    there is none [m].
+    """
     # the points as they are planned: those of the layout may be thinned
+    spacing = plan["spacing"]
     n_points = layout.area.shape.area / spacing**2
     share = len(layout.control) / n_points
-    if share >= MOST_ON_THE_GROUND:
-        # as many points more; control is chosen among them, and hardly grows
-        apart = spacing * np.sqrt(WELL_BELOW * MOST_ON_THE_GROUND / share)
-        raise GeometryError(
-            f"{len(layout.control)} control points are {per_cent(share)} of all points",
-            expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
-            "better surveyed on the ground as well",
-            remedy=f"Give spacings of at most {downwards(apart)} m, or larger scale "
-            "numbers of the high flight",
+    if share < MOST_ON_THE_GROUND:
+        return
+    # as many points more; control is chosen among them, and hardly grows
+    closer = np.sqrt(WELL_BELOW * MOST_ON_THE_GROUND / share)
+    apart = downwards(spacing * closer)
+    # control is less where models of the high flight are larger
+    if max_height is None or plan["high_flying_height"] <= closer * max_height:
+        remedy = (
+            f"Give spacings of at most {apart} m, or larger scale numbers of the high "
+            "flight"
         )
+    else:
+        remedy = (
+            f"Give spacings of at most {apart} m: control grows with the "
+            "models of the high flight, which cannot be larger below --max-height"
+        )
+    raise GeometryError(
+        f"{len(layout.control)} control points are {per_cent(share)} of all points",
+        expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
+        "better surveyed on the ground as well",
+        remedy=remedy,
+    )
