@@ -420,3 +420,17 @@ def test_costs_are_called_counted_or_estimated(invoke, tmp_path):
     alone = " ".join(invoke(*asked).stdout.split())
     assert re.search(r"Next best: .* dearer \(estimated\)\.", alone)
     assert "cost, images and control points are estimated, for each km²" in alone
+
+
+def test_a_target_out_of_reach_is_told_with_what_can_be_reached(invoke):
+    call = ("plan", "--scale", 6000, "--spacing", 200, "--n-coverages", 2)
+    missed = invoke(*call, "--target", "0.1mm", "--json")
+    assert missed.exit_code == 1
+    (problem,) = json.loads(missed.stdout)["problems"]
+    said = r"The target is out of reach: .* smallest error is about ([\d.]+) (mm|cm)\."
+    shown = " ".join(invoke(*call, "--target", "0.1mm").stdout.split())
+    number, unit = re.search(said, shown).groups()
+    assert f"is about {number} {unit}. Give a larger --target" in problem["remedy"]
+    assert "Not tried, and would help" in problem["remedy"]
+    within = invoke(*call, "--target", "2.5cm")
+    assert "out of reach" not in within.stdout

@@ -12,10 +12,10 @@ from einschalt.interfaces.cli.plan_layouts import (
     figures_of,
     frame_of,
     headline_of,
+    limits_of,
     notes_of,
     problem_of,
     refined_by,
-    said_of_frame,
     scales_of,
     tables_of_layout,
 )
@@ -45,7 +45,7 @@ def over_area(asked: Asked) -> Answer:
             progress=progress,
         )
     parts = [
-        f"{plan.verdict()}\n{said_of_frame(asked)}",
+        f"{plan.verdict()}\n{limits_of(plan.checked, plan.search, asked)}",
         plan.checked.expected.summary(),
         f"{plan.search.summary()}\n{wrapped(_of_costs(plan), first='  ', indent='  ')}",
     ]

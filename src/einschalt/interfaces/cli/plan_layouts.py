@@ -35,6 +35,10 @@ from einschalt.pipeline.planning.propagation.expected_precision import expect_pr
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
 OF_THE_HIGHEST = 5.0  # where a limit of height is far below what is usual
+LEAST = mark(
+    "The target is out of reach: with all that would help, the smallest error is about "
+    "{least}. Give a larger --target."
+)
 PRICES = mark_each(
     {
         "image": "{price} image",
@@ -64,7 +68,7 @@ def search(asked: Asked) -> Answer:
 
     found = checked.search
     parts = [
-        f"{checked.verdict()}\n{said_of_frame(asked)}",
+        f"{checked.verdict()}\n{limits_of(checked, found, asked)}",
         found.summary(),
         checked.expected.summary(),
     ]
@@ -151,12 +155,33 @@ def problem_of(checked, search):
         return None
     # where the closed estimate knows a plan, it has nothing to add
     remedy = describe_efforts(search).rstrip(".") or "Allow more choices"
+    if (least := _least_of(checked, search)) is not None:
+        reachable = translated(LEAST, least=length(least)).rstrip(".")
+        remedy = f"{remedy}. {reachable}"
     return GeometryError(
         f"no plan is recommended: the nearest comes to {length(checked.reached)} on "
         "its layout",
         expected=f"at most {length(checked.target)}",
         remedy=remedy,
     )
+
+
+def limits_of(checked, search, asked):
+    """Say what can be reached, where the target cannot, and which limits were given."""
+    least, said = _least_of(checked, search), said_of_frame(asked)
+    if least is None:
+        return said
+    reachable = translated(LEAST, least=length(least))
+    return f"{wrapped(reachable, first='  ', indent='    ')}\n{said}"
+
+
+def _least_of(checked, search):
+    """Smallest error [m] where nothing that would help reaches the target; or None."""
+    if checked.is_kept or search.beyond is None:
+        return None
+    errors = [effort.reached for effort in search.beyond.efforts]
+    least = min(checked.reached, search.beyond.together, *errors)
+    return least if least > checked.target else None
 
 
 def notes_of(n_coverages):
