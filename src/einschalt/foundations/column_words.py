@@ -61,8 +61,10 @@ WORDS = {
         "it": "copertura ricoprimento",
     },
     "model_id": {
-        "de": "modell modellnummer modellnr modellname modellid",
-        "en": "model modelid modelnumber modelno modelname stereomodel",
+        "de": "modell modellnummer modellnr modellname modellid stereomodell bildpaar "
+        "bildpaarnummer bildpaarnr stereopaar",
+        "en": "model modelid modelnumber modelno modelname stereomodel imagepair "
+        "stereopair",
         "fr": "modele numeromodele couple couplestereo",
         "it": "modello numeromodello modellostereo",
     },

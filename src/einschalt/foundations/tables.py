@@ -142,6 +142,7 @@ MODEL_POINTS = Schema(
 )
 # as it was measured: points may be set several times, and their settings numbered
 SETTING = "setting"
+DOUBLED = "Delete one of the two, or rename it"
 MEASURED_MODEL_POINTS = replace(
     MODEL_POINTS,
     columns=(*MODEL_POINTS.columns, Column(SETTING, "id", is_required=False)),
@@ -404,7 +405,7 @@ def _check_key(table, source, schema):
     firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
-    remedy = "Delete one of the two, or rename it"
+    remedy = DOUBLED
     if SETTING in schema.key and SETTING not in coded:
         remedy = f"{remedy}; or number repeated settings in a column '{SETTING}'"
 

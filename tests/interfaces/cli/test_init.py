@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.cli.work import init as work
 from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.new_block.looked_at import look_at
 
 FLIGHTS = ("high_flight.csv", "low_flight.csv")
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
@@ -322,7 +324,8 @@ def test_why_a_file_is_refused_is_told_and_not_its_kind(invoke, tmp_path):
     assert "P.parquet: column 'x' holds lists or structures" in refused.stderr
     pd.DataFrame({"a": [1.0]}).to_parquet(path)
     refused = invoke("init", new, "--from", path, "--yes")
-    assert "P.parquet: holds no table that a block could have" in refused.stderr
+    said = "P.parquet: holds no table that a block could have; its columns are 'a'"
+    assert said in refused.stderr
 
 
 @pytest.mark.parametrize(
@@ -356,3 +359,25 @@ def test_coordinates_in_another_unit_are_told(unit, invoke, tmp_path):
         assert refused.exit_code == 2
         said = f"column 'easting' is missing; 'Rechtswert [{unit}]' is in {unit}; "
         assert f"{said}expected metres. Give it in metres, or" in refused.stderr
+
+
+OF_MODELS = "Block;{};Punkt;x;y\n1;1/2;101;1,23;2,34\n1;2/3;101;3,14;2,55\n"
+
+
+def test_a_table_of_image_pairs_holds_model_points(tmp_path):
+    file = tmp_path / "paare.csv"
+    file.write_text(OF_MODELS.format("Bildpaar"), "utf-8")
+    (table,) = look_at(file, Said())
+    assert table.kind == "model_points"
+    assert list(table.frame["model_id"]) == ["1/2", "2/3"]
+
+
+def test_a_table_that_was_taken_for_ground_points_is_told_so(invoke, tmp_path):
+    """Its model points were to be deleted, since each stands in several models."""
+    file = tmp_path / "paare.csv"
+    file.write_text(OF_MODELS.format("Gespann"), "utf-8")
+    refused = invoke("init", tmp_path / "new", "--from", file, "--yes")
+    assert refused.exit_code == 2
+    assert "taken for ground points, the row repeats row 2" in refused.stderr
+    said = "to model_id: one of 'Block', 'Gespann'. Otherwise delete one of the two"
+    assert said in " ".join(refused.stderr.split())

@@ -43,6 +43,7 @@ KINDS = {
     "model_points": tables.MEASURED_MODEL_POINTS,
     "ground": tables.CONTROL_POINTS,
 }
+MOST_HEADINGS = 8
 NO_POINTS = re.compile("Line|Curve|Polygon|Surface")  # kinds of geometry
 WORDS = mark_each(
     {
@@ -251,10 +252,30 @@ def _looked(file, kind, table, said):
     """The table, checked."""
     fit = _fitting(kind, table)
     checked = tables.check_table(table.frame, fit, source=file.source)
-    raise_problems(checked.problems)
     left_out = tuple(n for n in table.frame if n not in fit.names)
+    raise_problems(_said_of_guess(kind, checked.problems, left_out))
     found = (said, table.notes, table.crs, left_out)
     return Looked(file.path, kind, checked.frame, *found)
+
+
+def _said_of_guess(kind, problems, left_out):
+    """Faults of a table that may be of another kind: points that stand in it twice.
+
+    Points stand in a table of model points once for each model.
+    """
+    if kind != "ground" or not left_out:
+        return problems
+    unknown = name_some(map(repr, left_out), MOST_HEADINGS)
+    return [
+        problem.with_facts(
+            found=f"taken for ground points, {problem.found}",
+            remedy="If it holds model points, rename the column of their models to "
+            f"model_id: one of {unknown}. Otherwise delete one of the two",
+        )
+        if problem.remedy == tables.DOUBLED
+        else problem
+        for problem in problems
+    ]
 
 
 def _table(file, said):
@@ -285,13 +306,25 @@ def _table(file, said):
         raise refused[0]
     _refuse_other_unit(file, said)
     _refuse_degrees(file, said)
+    names = _headings(file, said)
     raise FileError(
-        "holds no table that a block could have",
+        f"holds no table that a block could have; its columns are {names}"
+        if names
+        else "holds no table that a block could have",
         expected="y-parallaxes, image points, models and their images, bases of the "
         "models, model points or ground points",
         remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
         file=file.source,
     )
+
+
+def _headings(file, said):
+    """Columns of a table as they stand in it; empty where none can be read."""
+    try:
+        table = understand_table(file, KINDS["ground"], said, source=file.source)
+    except EinschaltError:  # that it holds no known table is said
+        return ""
+    return name_some(map(repr, map(str, table.frame.columns)), MOST_HEADINGS)
 
 
 def _refuse_other_unit(file, said):
