@@ -17,11 +17,24 @@ def held_out_points(fit):
     v / (1 − h), without a new fit: exactly for affine and helmert, to first order for
     the others. NaN where the model is not determined without the point.
     """
-    redundancy = 1.0 - fit.fit.leverage[:, :2]
+    differences = without_point(fit.fit.residuals[:, :2], fit.fit.leverage[:, :2])
+    return table_of_differences(fit, differences)
+
+
+def without_point(residuals, leverage):
+    """Differences of points from models that were fitted without them [m].
+
+    ``residuals`` (n_points, 2) [m], ``leverage`` (n_points, 1) or (n_points, 2); NaN
+    where the model is not determined without the point.
+
+    >>> without_point([[0.02, 0.01], [0.0, 0.0]], [[0.5], [1.0 - 1e-12]])
+    array([[0.04, 0.02],
+           [ nan,  nan]])
+    """
+    redundancy = 1.0 - np.asarray(leverage, dtype=float)
     is_held = redundancy > np.sqrt(np.finfo(float).eps)
     with np.errstate(divide="ignore", invalid="ignore"):
-        differences = np.where(is_held, fit.fit.residuals[:, :2] / redundancy, np.nan)
-    return table_of_differences(fit, differences)
+        return np.where(is_held, np.asarray(residuals) / redundancy, np.nan)
 
 
 def table_of_differences(fit, differences):

@@ -27,6 +27,7 @@ from einschalt.stages.held_out_points import (
     DIFFERENCES,
     held_out_error,
     held_out_points,
+    without_point,
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.triangulated_transformation import TriangulatedTransformation
@@ -187,10 +188,7 @@ def _of_model(row, points, frames, code, key):
         title, abs(np.linalg.det(matrix)) ** (1 / len(matrix))
     )
     residuals = points[["residual_easting", "residual_northing"]].to_numpy()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        error, n_held = held_out_error(
-            residuals / (1.0 - points[["leverage"]].to_numpy())
-        )
+    error, n_held = held_out_error(without_point(residuals, points[["leverage"]]))
     if "standard_error_total" in points:  # what its points share does not show
         propagated = np.sqrt((points["standard_error_total"] ** 2).mean())
         error = float(np.fmax(error, propagated))

@@ -7,6 +7,7 @@ import numpy as np
 from einschalt.foundations import typesetting
 from einschalt.foundations.display_names import as_unicode
 from einschalt.interfaces.provenance import versions
+from einschalt.interfaces.publication.doubts import doubts_of
 from einschalt.interfaces.publication.gtg_file import gridshift_step
 from einschalt.interfaces.publication.proj_database import AUTHORITY
 
@@ -109,6 +110,7 @@ def _how_good(operations):
         name = f"`{one.code}`" + (f" ({one.model})" if one.model else "")
         cells = name, len(one.source), one.n_held_out, error, area
         lines.append(f"| {' | '.join(map(str, cells))} |")
+    lines += [f"\n**Before you use it:** {doubt}" for doubt in doubts_of(operations)]
     if any(one.given_net is not None for one in operations):
         lines.append(EXACT)
     if any(one.grid is not None for one in operations):

@@ -10,13 +10,16 @@ import pandas as pd
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import SettingsError, name_some
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.published_systems import operation_wkt
+from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, Source
 from einschalt.interfaces.provenance import provenance_of_tables
+from einschalt.interfaces.publication.doubts import doubts_of
 from einschalt.interfaces.publication.gtg_file import gridshift_step, write_gtg
 from einschalt.interfaces.publication.operations_of_results import (
     Frames,
@@ -72,6 +75,9 @@ class Publication(Result):
     database : Path or None
         The auxiliary PROJ database; None where the ground has no system, or the
         transformation is spatial.
+    doubts : tuple of str
+        What should be known before they are used: which no held-out point checks, and
+        which miss them by far.
     """
 
     name: str
@@ -79,6 +85,7 @@ class Publication(Result):
     operations: pd.DataFrame
     left_out: pd.DataFrame
     database: Path | None
+    doubts: tuple[str, ...] = ()
 
     def summary(self) -> str:
         """Say what was published, how good it is, and where to read on."""
@@ -94,6 +101,9 @@ class Publication(Result):
                 facts = {"low": span, "high": figure(high, ".4f")}
                 span = translated("{low} to {high}", **facts)
             lines.append(translated("held-out points (total)  {span} m", span=span))
+        for doubt in self.doubts:
+            said = translated("warning: {doubt}", doubt=retold(doubt))
+            lines.append(wrapped(said, indent="  "))
         if len(self.left_out):
             message = mark("{n:identical point|identical points} left out, see {file}")
             lines.append(translated(message, n=len(self.left_out), file=LEFT_OUT))
@@ -171,7 +181,7 @@ def publish_operations(
     facts = provenance_of_tables("publish", output.inputs.signed())
     write_folder(folder, output, facts, write)
     database = home / f"{name}.db" if has_database else None
-    return Publication(name, folder, *done[0], database)
+    return Publication(name, folder, *done[0], database, doubts_of(operations))
 
 
 def _names_of_files(operations, name):

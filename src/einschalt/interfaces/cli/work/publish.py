@@ -1,7 +1,7 @@
 """What ``einschalt publish`` does."""
 
 from einschalt.interfaces.cli.exits import print_out
-from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import publish as publish_result
 
@@ -20,4 +20,5 @@ def publish(result, name, output, crs, source_crs, installed_at, proj_db, *, ove
         overwrite=overwrite,
     )
     report(published.folder, n_operations=len(published.operations))
+    report_problems(*published.doubts)
     print_out(published)

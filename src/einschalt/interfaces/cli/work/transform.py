@@ -129,6 +129,7 @@ def transform(
             source_crs=source_crs,
             overwrite=overwrite,
         )
+        report_problems(*published.doubts)
         print_out(f"\n{published}")
 
 
