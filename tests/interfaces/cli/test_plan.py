@@ -434,3 +434,25 @@ def test_a_target_out_of_reach_is_told_with_what_can_be_reached(invoke):
     assert "Not tried, and would help" in problem["remedy"]
     within = invoke(*call, "--target", "2.5cm")
     assert "out of reach" not in within.stdout
+
+
+@pytest.mark.parametrize(
+    ("option", "name"),
+    [
+        ("--figure", "plan.pdf"),
+        ("--figure", "no/such/folder/plan.png"),
+        ("--figure", "file/plan.png"),
+        ("--output", "file/plan.csv"),
+        ("--output", "file/folder"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_the_work(
+    option, name, invoke, tmp_path, monkeypatch
+):
+    (tmp_path / "file").write_text("a file, and no folder")
+    monkeypatch.chdir(tmp_path)
+    refused = invoke("plan", "--target", "5cm", option, name)
+    assert refused.exit_code == 2
+    assert name.rpartition("/")[2] in refused.stderr
+    assert not refused.stdout  # the plan was printed, and lost with it
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

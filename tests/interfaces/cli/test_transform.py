@@ -174,3 +174,14 @@ def test_many_points_left_out_are_a_warning_that_says_why(invoke, tmp_path):
     assert f"warning: {left_out} of 36 identical points left out" in shown.stderr
     assert "the transformation folds" in shown.stderr
     assert "--outliers set_aside" in shown.stderr
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(
+    invoke, files, monkeypatch
+):
+    monkeypatch.setattr("einschalt.interfaces.cli.work.transform._read", None)
+    (files / "out").write_text("a file, and no folder")
+    tables = files / "model.csv", files / "ground.csv"
+    refused = invoke("transform", *tables, "--output", files / "out" / "new")
+    assert refused.exit_code == 2
+    assert "out/new: cannot be written: " in refused.stderr

@@ -95,6 +95,22 @@ def make_folder(folder) -> Path:
     return folder
 
 
+def require_writable(folder, *, file=None):
+    """Refuse a place in which nothing can be made, before the work for it is done.
+
+    A folder that is not there yet is made below the first of its parents that is.
+    Nothing stays. ``file``: which is named instead of the folder, and whose folder has
+    to be there.
+    """
+    place = Path(os.path.realpath(folder))
+    while file is None and not os.path.lexists(place):
+        place = place.parent
+    with said_as_file_error(folder if file is None else file):
+        probe = place / hidden_name("new")
+        probe.mkdir(mode=0o700)
+        probe.rmdir()
+
+
 def hidden_name(name):
     """Name, of this process alone, under which something is written until whole."""
     return f"{_own_prefix()}-{secrets.token_hex(4)}-{name}"

@@ -18,6 +18,12 @@ def write_plan(folder, tables, figures, text):
 
 def write_figure(draw, file):
     """Write a figure as its suffix says; it is not drawn where that is unknown."""
+    kind = require_figure_suffix(file)
+    write_bytes(file, figure_files.figure_bytes(draw(), (kind,))[kind])
+
+
+def require_figure_suffix(file):
+    """Give the kind of a figure that is to be written, if it can be."""
     kind = file.suffix.lower().removeprefix(".")
     if kind not in figure_files.FIGURE_FORMATS:
         raise FileError(
@@ -26,4 +32,4 @@ def write_figure(draw, file):
             remedy=f"Write {file.stem or 'plan'}.png",
             file=file.name,
         )
-    write_bytes(file, figure_files.figure_bytes(draw(), (kind,))[kind])
+    return kind

@@ -9,6 +9,7 @@ from einschalt.foundations.errors import OutputError
 from einschalt.interfaces.files.atomic import (
     hidden_name,
     remove_leftovers,
+    require_writable,
     said_as_file_error,
 )
 from einschalt.interfaces.files.input_files import checksum, checksum_or_none
@@ -34,6 +35,7 @@ def output_of_tables(command, files, names, folder, *, overwrite=False):
     source = Source(command, ", ".join(f.name for f in files), files, inputs)
     output = Output(source, frozenset(names), InputFiles(files), overwrite)
     require_free(folder, output)
+    require_writable(folder)
     return output
 
 
@@ -51,6 +53,11 @@ def write_tables_of(output, folder, write):
     """Write all files of a command, or a new folder beside one that is refused."""
     facts = provenance_of_tables(output.source.command, output.inputs.signed())
     write_folder(folder, output, facts, write, beside=True)
+
+
+def require_file_place(path):
+    """Refuse a file that cannot be made, before the work for it is done."""
+    require_writable(Path(path).parent, file=path)
 
 
 def write_file(path, output, write):

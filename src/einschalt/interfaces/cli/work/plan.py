@@ -97,11 +97,16 @@ def _headline(answer):
 
 
 def _place(options):
-    """What is written, known by all that was asked; a folder is refused at once."""
+    """What is written, known by all that was asked; refused at once if it cannot be."""
     # imported when something is written: the text needs nothing of it
+    from einschalt.interfaces.files.atomic import require_writable  # noqa: PLC0415
     from einschalt.interfaces.files.output_folder import require_free  # noqa: PLC0415
+    from einschalt.interfaces.files.plan_folder import (  # noqa: PLC0415
+        require_figure_suffix,
+    )
     from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
         output_of_question,
+        require_file_place,
     )
     from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
         require_written_suffix,
@@ -113,11 +118,16 @@ def _place(options):
     files = [file for file in given if file is not None]
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
     place = output_of_question("plan", asked, names, files, overwrite=overwrite)
-    output = options["output"]
+    output, figure = options["output"], options["figure"]
+    if figure is not None:
+        require_figure_suffix(figure)
+        require_file_place(figure)
     if output is not None and _is_file(output):
         require_written_suffix(output)
+        require_file_place(output)
     elif output is not None:
         require_free(output, place)
+        require_writable(output)
     return place
 
 
