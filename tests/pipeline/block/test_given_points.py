@@ -1,5 +1,6 @@
 """Points that are given twice, and one model in another unit: seen at once."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,17 @@ def test_what_is_shared_or_not_stated_is_no_contradiction(demo_block):
     assert not notes_of(block_with(demo_block, moved=names, **shared))
     unknown = {"approximate_m_0_m": None}
     assert not notes_of(block_with(demo_block, moved=names, **unknown))
+
+
+def test_points_of_another_place_are_noted_where_their_errors_are_unknown(demo_block):
+    """17 m beside the control points of their names, without a word."""
+    names = demo_block.truth["point_id"].tolist()
+    unknown = {"approximate_m_0_m": None}
+    (note,) = notes_of(block_with(demo_block, moved=names, metres=17.0, **unknown))
+    n_known = len(demo_block.control_points)
+    assert f"the {n_known} points that control_points gives too lie elsewhere" in note
+    assert re.search(r"by 1[67](\.\d)? m \(median\) and up to 17\.\d m", note)
+    assert not notes_of(block_with(demo_block, **unknown))
 
 
 def test_one_model_in_another_unit_is_told_as_one(demo_block):

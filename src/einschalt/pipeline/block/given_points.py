@@ -13,10 +13,13 @@ from einschalt.foundations.errors import ConsistencyError, name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.foundations.near_words import names_meant
+from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 PLAN = ["easting", "northing"]
+# of the median distance: TOTAL errors of the low flight; maps of large scales make less
+FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
 MOST_NAMES = 1000  # that tell whether names look like others by chance
 
 
@@ -26,7 +29,8 @@ def contradictions(block, control, approximate, sources):
     Parameters
     ----------
     block : Block
-        With the errors of the approximate coordinates; without these, there is no note.
+        With the errors of the approximate coordinates; without these, only that all
+        of them are far coarser than what is measured is noted.
     control, approximate : DataFrame
         point_id, easting, northing; control with standard_error_m (TOTAL) where it has
         errors.
@@ -38,16 +42,16 @@ def contradictions(block, control, approximate, sources):
     list of str
         One note, or none.
     """
-    error = block.approximate_m_0_m
-    if not (isinstance(error, (int, float)) and error > 0.0):
-        return []
-    groups = ("control_points", "approximate_points")
-    shared = [block.group_errors_m.get(table, 0.0) or 0.0 for table in groups]
     names = encode(control["point_id"])
     place = encode(approximate["point_id"]).locate(names)[names.codes]
     known = control[place >= 0]
     other = values_of(approximate, PLAN)[place[place >= 0]]
     apart = np.hypot(*(other - values_of(known, PLAN)).T)
+    error = block.approximate_m_0_m
+    if not (isinstance(error, (int, float)) and error > 0.0):
+        return _note_of_coarse(block.low_flight, apart, sources)
+    groups = ("control_points", "approximate_points")
+    shared = [block.group_errors_m.get(table, 0.0) or 0.0 for table in groups]
     own = np.zeros(len(known))
     if "standard_error_m" in known:
         own = known["standard_error_m"].fillna(0.0).to_numpy(dtype=float)
@@ -62,6 +66,27 @@ def contradictions(block, control, approximate, sources):
         f"{sources[1]}: {len(rows)} of {len(known)} points that {sources[0]} gives too "
         f"lie elsewhere here, by up to {apart[rows[0]]:.3g} m, more than the stated "
         f"errors explain: {points}"
+    )
+    return [note]
+
+
+def _note_of_coarse(flight, apart, sources):
+    """Note approximate points of unknown errors that are far coarser than a flight.
+
+    ``apart``: distances of those that are known points from where these are [m].
+    """
+    if len(apart) < FEWEST_GIVEN_TWICE:
+        return []
+    middle = float(np.median(apart))
+    measured = flight.m_g_um * METRES_PER_UM * flight.scale_number
+    if not middle > TOO_COARSE * measured:
+        return []
+    most = apart.max()
+    note = (
+        f"{sources[1]}: the {len(apart)} points that {sources[0]} gives too lie "
+        f"elsewhere here, by {middle:.3g} m (median) and up to {most:.3g} m, and "
+        f"the low flight is measured to {measured:.2g} m: compare names, reference "
+        "systems and units of both files"
     )
     return [note]
 
