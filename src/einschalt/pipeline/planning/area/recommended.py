@@ -76,7 +76,7 @@ AT_ONCE = 2  # layouts that are propagated side by side, whatever the machine
 LARGE, MOST_OF_LARGE = 20_000, 10
 # pairs of models at the points of all layouts that are propagated, of both flights:
 # two or three seconds, where dozens of models hold each point
-MOST_PAIRS = 4_700_000
+MOST_PAIRS = 5_500_000
 ITEM_TEXT = mark_each(
     {
         "image": "photographs",
