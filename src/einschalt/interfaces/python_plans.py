@@ -5,9 +5,12 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
 
+import numpy as np
+
 from einschalt.foundations.argument_names import naming_arguments, with_arguments
-from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.files.area_files import read_area
+from einschalt.foundations.arguments import described
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.interfaces.files.area_files import area_of_table, read_area
 from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
@@ -19,6 +22,8 @@ from einschalt.pipeline.planning.estimate import search
 from einschalt.pipeline.planning.estimate.search import PlanChoices, PlanFrame
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.planning.propagation import expected_precision
+
+FEWEST = 3  # corners of an area
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -219,9 +224,10 @@ def plan_area(
     ----------
     target : float
         TOTAL error that the delivered coordinates may have [m].
-    area : path or shapely geometry
-        Polygons in a GeoPackage, shapefile or GeoJSON, whose only layer is taken; or a
-        polygon, or several, in ``crs``, or in a plane of its own [m].
+    area : path, GeoDataFrame, shapely geometry or array
+        Polygons in a GeoPackage, shapefile or GeoJSON, whose only layer is taken, or in
+        a GeoDataFrame; or a polygon, or several, in ``crs``, or in a plane of its own;
+        or the corners of one, (n, 2) [m].
     choices : PlanChoices
         What the planner is free to choose; all values are combined.
     frame : PlanFrame, optional
@@ -269,10 +275,7 @@ def plan_area(
     (True, True)
     """
     with naming_arguments():
-        if isinstance(area, str | PathLike):
-            area = read_area(area, crs=crs)
-        else:
-            area = FlightArea(area, crs)
+        area = _area_of(area, crs)
         heights = None
         if ground_heights is not None:
             heights = read_heights_over(ground_heights, area)
@@ -291,3 +294,34 @@ def plan_area(
     parts = {"search": PlanSearch(**plain_fields(plan.search))}
     parts |= {"checked": CheckedPlan.of(plan.checked)}
     return AreaPlan(**plain_fields(plan) | parts | said)
+
+
+def _area_of(area, crs):
+    """Take an area as users have it: a file, a table, a polygon, or its corners."""
+    if isinstance(area, str | PathLike):
+        return read_area(area, crs=crs)
+    if hasattr(area, "geometry") and hasattr(area, "crs"):
+        return area_of_table(area, crs)
+    if isinstance(area, FlightArea):
+        return area
+    return FlightArea(_of_corners(area), crs)
+
+
+def _of_corners(area):
+    """Give the polygon that an array of corners is; anything else as it is."""
+    if not isinstance(area, list | tuple | np.ndarray):
+        return area
+    import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+    try:
+        corners = np.asarray(area, dtype=float)
+    except (TypeError, ValueError):
+        corners = np.empty(0)
+    is_plane = corners.ndim == 2 and corners.shape[1] == 2
+    if not (is_plane and len(corners) >= FEWEST and np.isfinite(corners).all()):
+        raise GeometryError(
+            f"area is {described(area)}",
+            expected="a polygon, the path of a file, a GeoDataFrame, or corners (n, 2)",
+            remedy="Give [(easting, northing), …] of at least three corners [m]",
+        )
+    return shapely.Polygon(corners)

@@ -75,6 +75,20 @@ def read_area(path, *, layer=None, crs=None) -> FlightArea:
         raise error.with_facts(file=source) from None
 
 
+def area_of_table(table, crs=None) -> FlightArea:
+    """Take the polygons of a table of geopandas as one area, as :func:`read_area` does.
+
+    ``table`` has ``geometry`` and ``crs``, as GeoDataFrame and GeoSeries have.
+    """
+    source = type(table).__name__
+    own = None if table.crs is None else table.crs.to_string()
+    drawn = _Drawn(_polygons(list(table.geometry), source), own)
+    try:
+        return _as_area(drawn, crs)
+    except EinschaltError as error:
+        raise error.with_facts(file=source) from None
+
+
 def _of_layer(path, layer, source):
     import shapely  # noqa: PLC0415 - loaded when a file is read
 
@@ -177,7 +191,7 @@ def _as_area(drawn, crs):
     for one in shapes:
         FlightArea(one)  # each must be sound before they are joined
     if len(shapes) > 1:
-        notes.append(f"{len(shapes)} polygons of the file are one area.")
+        notes.append(f"{len(shapes)} polygons are one area.")
         shapes = [shapely.union_all(shapes)]
     notes += _far_away(shapes[0], target)
     return FlightArea(shapes[0], target, tuple(notes))
