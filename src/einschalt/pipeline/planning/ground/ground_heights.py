@@ -9,6 +9,7 @@ import numpy as np
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.projections import label_of
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.ground.height_lattice import (
     HeightLattice,
@@ -61,11 +62,13 @@ class GroundHeights:
         is_in = np.zeros(len(self.plane), dtype=bool)
         is_in[is_near] = area.holds(area.to_local(self.plane[is_near]))
         found = int(is_in.sum())
+        if not found:
+            self._refuse_elsewhere(area)
         if found < FEWEST:
             raise GeometryError(
                 f"{self.source}: {found} of {len(self.plane)} heights in the area",
-                expected="heights of the whole area, in its system",
-                remedy="Export the heights of this area in the system of the plan",
+                expected="heights of the whole area",
+                remedy="Export the heights of the whole area",
             )
         missing = int(np.isnan(self.height[is_in]).sum())
         if missing:
@@ -141,6 +144,23 @@ class GroundHeights:
         if self.extremes is not None:
             return self.extremes
         return np.column_stack([self.height, self.height])
+
+    def _refuse_elsewhere(self, area):
+        """Say where the heights lie, and where the area does."""
+        places = self.plane if len(self.plane) else np.full((1, 2), np.nan)
+        (west, south), (east, north) = places.min(axis=0), places.max(axis=0)
+        there, system = area.shape.bounds, "the system of the plan"
+        if area.crs is not None:
+            system = label_of(area.crs)
+        raise GeometryError(
+            f"{self.source}: none of {len(self.plane)} heights lies in the area: they "
+            f"have eastings of {west:.0f} to {east:.0f} m and northings of {south:.0f} "
+            f"to {north:.0f} m",
+            expected=f"{there[0]:.0f} to {there[2]:.0f} m and {there[1]:.0f} to "
+            f"{there[3]:.0f} m, in {system}",
+            remedy="Plan in the system of the heights with --crs, or export the "
+            "heights of this area in that of the plan",
+        )
 
     def _require_land(self, height):
         worst = height[np.argmax(np.abs(height - (LOWEST + HIGHEST) / 2.0))]
