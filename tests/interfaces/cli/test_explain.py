@@ -4,6 +4,7 @@ import ast
 import inspect
 import json
 import re
+from itertools import permutations
 from pathlib import Path
 
 import pytest
@@ -141,7 +142,9 @@ def test_a_finding_has_meaning_cause_test_and_remedy(code, invoke):
     assert shown[1:3] == [f"  {MEANINGS[code]}", about]
     assert shown[3:5] == [f"  cause: {CAUSES[code]}", f"  tested: {TESTS[code]}"]
     remedies = [line for line in shown if line.startswith("  remedy: ")]
-    assert len(remedies) == len(REMEDIES_OF[code]) > 0
+    assert 0 < len(remedies) <= len(REMEDIES_OF[code])
+    texts = [text.rstrip(".") for text in remedies]
+    assert not any(b.startswith(a) for a, b in permutations(texts, 2))  # said twice
     for text in (MEANINGS[code], CAUSES[code], TESTS[code]):
         assert len(text.split()) > 3
         assert text.endswith(".")
@@ -185,3 +188,11 @@ def test_remedies_are_those_that_judges_give():
     assert len(made) > 40
     for code, remedies in made.items():
         assert remedies & set(REMEDIES) <= set(REMEDIES_OF[code]), code
+
+
+def test_what_stands_for_a_column_that_is_omitted_is_told(invoke):
+    said = invoke("explain", "coverage").stdout
+    assert "  model_points: coverage to which the model belongs [text], " in said
+    assert "needed: no (1 if omitted)\n" in said
+    assert "needed: no\n" in said
+    assert "nötig: nein\n" in invoke("--language", "de", "explain", "coverage").stdout

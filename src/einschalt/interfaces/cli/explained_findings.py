@@ -37,9 +37,20 @@ def explained_finding(code):
         translated("cause: {cause}", cause=translated(CAUSES[code])),
         translated("tested: {tested}", tested=translated(TESTS[code])),
     ]
-    known = REMEDIES | FURTHER_REMEDIES
-    for one in REMEDIES_OF[code]:
-        remedy = translated(known[one])
-        lines.append(translated("remedy: {remedy}.", remedy=remedy))
+    lines += [
+        translated("remedy: {remedy}.", remedy=translated(remedy))
+        for remedy in _remedies(code)
+    ]
     title = translated("{code} (finding)", code=code)
     return "\n  ".join([title, *(line.replace("\n", "\n  ") for line in lines)])
+
+
+def _remedies(code):
+    """Remedies of a finding, without those with which a longer one begins."""
+    known = REMEDIES | FURTHER_REMEDIES
+    texts = list(dict.fromkeys(known[one] for one in REMEDIES_OF[code]))
+    return [
+        text
+        for text in texts
+        if not any(other != text and other.startswith(text) for other in texts)
+    ]

@@ -173,9 +173,9 @@ def _needed(table, column):
     if column.is_required:
         return translated("yes")
     if column.default:
-        return translated("no: {default}", default=column.default)
+        return translated("no ({default} if omitted)", default=column.default)
     # the word alone is the number in the catalogue
-    return translated("no: {default}", default="").rstrip(": ")
+    return translated("no ({default} if omitted)", default="").partition(" ")[0]
 
 
 def _allowed(column, meaning):
