@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 from contextlib import contextmanager
 from itertools import pairwise
 
@@ -39,8 +40,22 @@ BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
 UNBROKEN = "\u2011"
 
 
+# behind a comma: a place at which a long word without spaces may be broken
+BREAK = " \u2060"
+LONG = 20  # characters of a word
+LONG_WORD = re.compile(rf"\S{{{LONG},}}")
+# of a terminal: below it words are cut; and what is left for the help of options
+NARROWEST, WIDTH_OF_HELP = 24, 40
+
+
 class WholeWords(typer.Context.formatter_class):
     """Help whose lines break between words, and not at the hyphens in them."""
+
+    def __init__(self, indent_increment=2, width=None, max_width=None):
+        if width is None:  # narrow terminals would break the lines themselves
+            columns = min(shutil.get_terminal_size().columns, max_width or 80)
+            width = max(columns - 2, NARROWEST)
+        super().__init__(indent_increment, width, max_width)
 
     def write_text(self, text):
         """Write a paragraph."""
@@ -64,12 +79,17 @@ class WholeWords(typer.Context.formatter_class):
 
     def write_dl(self, rows, *args, **options):
         """Write a list of options or commands."""
-        whole = [(_unbroken(name), _unbroken(_told(text))) for name, text in rows]
+        whole = [
+            (_unbroken(name), _broken_at_commas(_unbroken(_told(text))))
+            for name, text in rows
+        ]
+        options.setdefault("col_max", min(30, max(self.width - WIDTH_OF_HELP, 6)))
         super().write_dl(whole, *args, **options)
 
     def getvalue(self):
         """The text as it is shown."""
-        return super().getvalue().replace(UNBROKEN, "-")
+        text = super().getvalue().replace(UNBROKEN, "-")
+        return text.replace(BREAK, "").replace(BREAK.strip(" "), "")
 
 
 def _told(text):
@@ -122,6 +142,11 @@ def language_asked(words):
 
 def _unbroken(text):
     return re.sub(r"(?<=\S)-(?=\S)|-(?=[-\w])", UNBROKEN, text)
+
+
+def _broken_at_commas(text):
+    """Let long lists without spaces be broken, as image=10,model=20,setting=0.5."""
+    return LONG_WORD.sub(lambda word: word[0].replace(",", f",{BREAK}"), text)
 
 
 class Context(typer.Context):
