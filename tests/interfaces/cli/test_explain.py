@@ -129,7 +129,28 @@ def test_no_term_is_printed_in_latex_or_markdown():
 def test_json_names_the_kind_of_what_was_found(invoke):
     figures = json.loads(invoke("explain", "tukey", "--json").stdout)["figures"]
     assert set(figures) == {"term", "setting"}
-    assert figures["setting"].startswith("tukey (value of outliers)")
+    assert figures["setting"][0]["text"].startswith("tukey (value of outliers)")
+
+
+def test_json_has_parts_of_what_is_explained(invoke):
+    def told(word):
+        return json.loads(invoke("explain", word, "--json").stdout)["figures"]
+
+    term = told("coverage")["term"][0]
+    assert term["title"].startswith("Überdeckung")
+    assert (term["code"], term["unit"]) == ("coverage, n_coverages", None)
+    (column,) = told("coverage")["column"]
+    first = column["tables"][0]
+    assert (first["table"], first["of"]) == ("model_points", "block")
+    assert first["needed"] == "no (1 if omitted)"
+    assert column["words"]["de"] == ["ueberdeckung", "befliegung", "deckung"]
+    (finding,) = told("strained_network")["finding"]
+    assert (finding["about"], finding["gravity"]) == ("control", "grave")
+    assert len(finding["remedies"]) == 1
+    (figure,) = told("percentile_95")["figure"]
+    assert figure["places"][0]["unit"] == "m"
+    printed = invoke("explain", "coverage").stdout
+    assert all(one["text"] in printed for one in told("coverage")["term"])
 
 
 @pytest.mark.parametrize("code", KINDS)

@@ -45,6 +45,21 @@ def explained_finding(code):
     return "\n  ".join([title, *(line.replace("\n", "\n  ") for line in lines)])
 
 
+def facts_of_finding(code):
+    """What a finding is, for programs."""
+    subject, gravity = KINDS[code]
+    return {
+        "code": code,
+        "meaning": translated(MEANINGS[code]),
+        "about": translated(SUBJECTS[subject.name]),
+        "gravity": translated(GRAVITIES[gravity.name]),
+        "cause": translated(CAUSES[code]),
+        "tested": translated(TESTS[code]),
+        "remedies": [f"{translated(remedy)}." for remedy in _remedies(code)],
+        "text": explained_finding(code),
+    }
+
+
 def _remedies(code):
     """Remedies of a finding, without those with which a longer one begins."""
     known = REMEDIES | FURTHER_REMEDIES

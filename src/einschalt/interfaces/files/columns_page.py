@@ -259,6 +259,36 @@ def _in_tables(column):
     return lines
 
 
+def facts_of_column(name):
+    """What :func:`explanation_of` says of a column, for programs."""
+    column, tables_of = _meant(name), []
+    for table in INPUT_TABLES:
+        if column in read_columns(table):
+            found = _column(table, column)
+            said = _allowed(found, meaning_of(column, table)[1])
+            facts = {"meaning": said, "unit": _unit(found)}
+            needed = {"needed": _needed(table, found)}
+            tables_of.append({"table": table, "of": "block"} | facts | needed)
+    written = [
+        (table, "result", meaning_of(column, table))
+        for table in RESULT_TABLES
+        if column in written_columns(table)
+    ]
+    written += [
+        (table, "plan", meaning_in_plan(column, table))
+        for table, columns in PLAN_COLUMNS.items()
+        if column in columns
+    ]
+    tables_of += [
+        {"table": table, "of": of, "meaning": translated(said), "unit": unit or None}
+        for table, of, (unit, said) in written
+    ]
+    words = {lang: text.split() for lang, text in WORDS.get(column, {}).items() if lang}
+    example = EXAMPLES.get(column)
+    facts = {"name": column, "tables": tables_of, "example": example, "words": words}
+    return facts | {"text": explanation_of(name).rstrip("\n")}
+
+
 def in_place(where, said, unit):
     """What a name means in one place, as a line of its explanation."""
     unit = f" [{unit}]" if unit else ""

@@ -67,7 +67,18 @@ class Entry:
         if self.meaning:
             said.insert(0, self.meaning)
         lines = [f"{title} ({section})", *(_indented(one) for one in said)]
-        return without_latex("\n".join(lines).replace("`", ""))
+        return _plain("\n".join(lines))
+
+    @property
+    def facts(self):
+        """The entry for programs: its cells by their names in small letters."""
+        (_, title), *rest = self.cells.items()
+        cells = {
+            name.lower(): None if cell in ("", NOTHING) else _plain(cell)
+            for name, cell in rest
+        }
+        named = {"title": _plain(title), "section": translated(SECTIONS[self.section])}
+        return named | {"meaning": self.meaning or None} | cells | {"text": self.text}
 
     @property
     def words(self):
@@ -88,6 +99,10 @@ class Entry:
         known = {folded(word) for word in self.words} - {""}
         wanted = folded(term)
         return wanted in known or (plural and wanted.removesuffix("s") in known)
+
+
+def _plain(text):
+    return without_latex(text.replace("`", ""))
 
 
 def _indented(text):

@@ -10,7 +10,7 @@ from einschalt.foundations.plan_figure_meanings import (
     names_of_figures,
 )
 from einschalt.interfaces.cli.exits import print_out
-from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.explained_findings import facts_of_finding
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.setting_meanings import (
     explained_settings,
@@ -21,6 +21,7 @@ from einschalt.interfaces.cli.setting_meanings import (
 from einschalt.interfaces.files.columns_page import (
     ALL,
     explanation_of,
+    facts_of_column,
     in_place,
     names_of_columns,
 )
@@ -38,13 +39,13 @@ def explain(term):
         return
     found = {
         "term": _terms(term),
-        "setting": explained_settings(term),
-        "finding": [explained_finding(term)] if term in WORDS else [],
+        "setting": [{"text": text} for text in explained_settings(term)],
+        "finding": [facts_of_finding(term)] if term in WORDS else [],
         "column": _column(term),
         "figure": _figure(term),
     }
-    report(**{kind: "\n".join(texts) for kind, texts in found.items() if texts})
-    texts = [text for texts in found.values() for text in texts]
+    report(**{kind: meanings for kind, meanings in found.items() if meanings})
+    texts = [one["text"] for meanings in found.values() for one in meanings]
     if not texts:
         near = _nearest(term)
         raise SettingsError(
@@ -75,7 +76,7 @@ def _print_all():
 def _terms(term):
     """Entries of the glossary; a name of a figure is no plural of another word."""
     is_figure = term in names_of_figures() - _columns_of_plans()
-    return [one.text for one in entries() if one.is_meant(term, plural=not is_figure)]
+    return [one.facts for one in entries() if one.is_meant(term, plural=not is_figure)]
 
 
 def _columns_of_plans():
@@ -84,18 +85,21 @@ def _columns_of_plans():
 
 def _column(name):
     try:
-        return [explanation_of(name).rstrip("\n")]
+        return [facts_of_column(name)]
     except SettingsError:
         return []
 
 
 def _figure(name):
     """Explain a name of the JSON of a plan, or of its GeoPackage."""
-    lines = [
-        in_place(found.place, found.text, found.unit)
-        for found in meanings_of_name(name)
+    found = list(meanings_of_name(name))
+    lines = [in_place(one.place, one.text, one.unit) for one in found]
+    places = [
+        {"place": one.place, "meaning": translated(one.text), "unit": one.unit or None}
+        for one in found
     ]
-    return ["\n".join([name, *lines])] if lines else []
+    text = "\n".join([name, *lines])
+    return [{"name": name, "places": places, "text": text}] if found else []
 
 
 def _nearest(term):
