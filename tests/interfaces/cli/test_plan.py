@@ -362,7 +362,7 @@ def test_a_height_limit_that_is_none_is_refused(invoke):
         shown = invoke("plan", "--target", "5cm", "--max-height", 0, *options)
         assert shown.exit_code == 2
     shown = invoke("plan", "--target", "5cm", "--spacing", "250m", "--max-height", 0)
-    assert "--max-height = 0.0; expected 5 to 20000 metres" in shown.stderr
+    assert "--max-height = 0; expected 5 to 20000 metres" in shown.stderr
 
 
 def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_path):

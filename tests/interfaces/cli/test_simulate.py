@@ -77,7 +77,7 @@ def test_spacing_and_check_points(invoke, tmp_path):
 @pytest.mark.parametrize(
     ("option", "value", "says"),
     [
-        ("--gross-errors", "3", ": --gross-errors = 3.0; expected 0 to 0.5"),
+        ("--gross-errors", "3", ": --gross-errors = 3; expected 0 to 0.5"),
         ("--seed", "-1", "seed = -1"),
         ("--side-overlap", "0", "Raise --side-overlap to 0.0"),
     ],

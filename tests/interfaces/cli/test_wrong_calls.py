@@ -124,15 +124,25 @@ CALLS = {
         "one value: a search has one ratio of the errors of both flights",
         "Write --m-g-um 4, or leave --high-m-g-um out",
     ),
-    ("simulate", "--scale", 5, *OUT): ("--scale = 5.0", "500 to 200000", None),
-    ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5.0", "500 to 200000", None),
+    ("simulate", "--scale", 5, *OUT): ("--scale = 5", "500 to 200000", None),
+    ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5", "500 to 200000", None),
     ("simulate", "--camera", "dmc_3", "--spacing", 0.1, *OUT): (
         "--spacing = 0.1",
         "1 to 10000 metres",
         None,
     ),
+    ("plan", "--target", "5cm", "--n-settings", 0): (
+        "--n-settings = 0",
+        "a whole number, 1 to 100",
+        None,
+    ),
+    ("plan", "--target", "5cm", "--max-height", 1): (
+        "--max-height = 1",
+        "5 to 20000 metres above ground",
+        None,
+    ),
     ("plan", "--target", "5cm", "--costs", "image=-1"): (
-        "--costs: image = -1.0",
+        "--costs: image = -1",
         "0 to 1e+09",
         None,
     ),
@@ -273,3 +283,9 @@ def test_units_are_asked_about_where_the_number_is_one_in_them(
         assert "Did you" not in refused.stderr
     else:
         assert f"Did you give {hint}?" in refused.stderr
+
+
+def test_german_hints_have_decimal_commas(invoke):
+    said = invoke("--language", "de", "plan", "--target", "5").stderr
+    assert "Waren es Zentimeter? 5 cm sind 0,05" in said
+    assert invoke("--language", "de", "plan", "--target", "0,05").exit_code == 0

@@ -34,6 +34,8 @@ NAME_AT_FIRST = re.compile(
 )
 # names of two words, which nothing else in a sentence has
 NAME_WITHIN = re.compile(r"(?<![\w-])([a-z]+(?:_[a-z0-9]+)+)(?![\w-])")
+# a whole number that was read as one with decimals, behind the name of its option
+WHOLE = re.compile(r"^((?:  )?--[\w-]+(?:: \w+)? = -?\d+)\.0(?![\d.])", re.MULTILINE)
 # as messages advise a word in Python
 ASSIGNED = re.compile(r"""\b(\w+)=["']([^"']*)["']""")
 
@@ -97,6 +99,7 @@ def as_typed(error):
     said = {name: _with_typed_words(text) for name, text in texts.items()}
     said["found"] = NAME_AT_FIRST.sub(_named, said["found"])
     said = {name: NAME_WITHIN.sub(_word_of, text) for name, text in said.items()}
+    said["found"] = WHOLE.sub(r"\1", said["found"])
     return error if said == texts else error.with_facts(**said)
 
 
@@ -108,7 +111,7 @@ def told_as_typed(error) -> str:
     if any(map(_is_of_file, getattr(error, "problems", (error,)))):
         return text
     text = NAME_AT_FIRST.sub(_named, _with_typed_words(text))
-    return NAME_WITHIN.sub(_word_of, text)
+    return WHOLE.sub(r"\1", NAME_WITHIN.sub(_word_of, text))
 
 
 def _once(error):
