@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from einschalt.foundations.language import catalogue, written_in
+from einschalt.foundations.result_figure_meanings import OF_BLOCKS, OF_DENSIFY
 from einschalt.foundations.term_meanings import MEANINGS as TERMS
 from einschalt.interfaces.cli.explained_findings import (
     GRAVITIES,
@@ -25,6 +26,7 @@ from einschalt.interfaces.cli.finding_tests import (
 from einschalt.interfaces.cli.setting_meanings import KEYS, VALUES
 from einschalt.interfaces.files import block_toml, camera_toml
 from einschalt.interfaces.files.glossary import entries
+from einschalt.interfaces.provenance import figures_of
 from einschalt.pipeline.assessment import causes, findings
 from einschalt.pipeline.assessment.findings.kinds import KINDS
 from einschalt.pipeline.block.block import Flight
@@ -217,3 +219,20 @@ def test_what_stands_for_a_column_that_is_omitted_is_told(invoke):
     assert "needed: no (1 if omitted)\n" in said
     assert "needed: no\n" in said
     assert "nötig: nein\n" in invoke("--language", "de", "explain", "coverage").stdout
+
+
+def test_figures_of_results_are_explained(good_result, invoke):
+    """18 of the 27 names in the JSON of densify were no words that are known."""
+    for name in figures_of(good_result):
+        assert invoke("explain", name).exit_code == 0, name
+    (figure,) = json.loads(invoke("explain", "mean_total", "--json").stdout)["figures"][
+        "figure"
+    ]
+    assert figure["places"][0]["place"] == "densify --json"
+    assert figure["places"][0]["unit"] == "m"
+
+
+def test_german_of_figures_of_results_is_whole():
+    known = catalogue("de")._catalog
+    for named in (OF_DENSIFY, OF_BLOCKS):
+        assert not [text for _, text in named.values() if text not in known]

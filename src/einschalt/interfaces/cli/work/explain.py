@@ -2,12 +2,16 @@
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.language import translated
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.plan_column_meanings import PLAN_COLUMNS
 from einschalt.foundations.plan_figure_meanings import (
     meanings_of_name,
     names_of_figures,
+)
+from einschalt.foundations.result_figure_meanings import (
+    meanings_of_result,
+    names_of_results,
 )
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.explained_findings import facts_of_finding
@@ -28,6 +32,10 @@ from einschalt.interfaces.files.columns_page import (
 from einschalt.interfaces.files.glossary import entries
 from einschalt.pipeline.summary.suggestions.catalogue import WORDS
 
+TITLES = (
+    *(mark("Findings"), mark("Settings"), mark("Terms"), mark("Figures of plans")),
+    mark("Figures of results"),
+)
 # of a word that is written wrongly: one letter of six or seven
 ALIKE = 0.85
 
@@ -63,11 +71,12 @@ def _print_all():
         "settings": names_of_settings(),
         "terms": [one.title for one in entries()],
         "figures": sorted(names_of_figures()),
+        "result_figures": sorted(names_of_results()),
     }
     columns = explanation_of(ALL)
     report(**{name: list(words) for name, words in lists.items()}, columns=columns)
     lists["settings"] = settings_with_values()
-    titles = map(translated, ("Findings", "Settings", "Terms", "Figures of plans"))
+    titles = map(translated, TITLES)
     for title, names in zip(titles, lists.values(), strict=True):
         print_out("\n".join([title, *(f"  {one}" for one in names), ""]))
     print_out(columns)
@@ -91,8 +100,8 @@ def _column(name):
 
 
 def _figure(name):
-    """Explain a name of the JSON of a plan, or of its GeoPackage."""
-    found = list(meanings_of_name(name))
+    """Explain a name of the JSON of a plan or a result, or of a plan's GeoPackage."""
+    found = [*meanings_of_name(name), *meanings_of_result(name)]
     lines = [in_place(one.place, one.text, one.unit) for one in found]
     places = [
         {"place": one.place, "meaning": translated(one.text), "unit": one.unit or None}
@@ -108,6 +117,7 @@ def _nearest(term):
         *WORDS,
         *names_of_columns(),
         *names_of_figures(),
+        *names_of_results(),
         *names_of_settings(),
         *names_of_values(),
         *(word for one in entries() for word in one.words),
