@@ -9,6 +9,11 @@ from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.key_columns import rows_among
+from einschalt.stages.correlated_residuals import (
+    NumberedPoints,
+    tested_again,
+    tested_beside,
+)
 from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
@@ -30,6 +35,7 @@ def screen_models(
     significance=GROSS_ERROR_SIGNIFICANCE,
     precision=None,
     *,
+    covariances=None,
     is_gross=None,
 ):
     """Fit the models of a flight again so that gross errors do not spoil them.
@@ -39,8 +45,11 @@ def screen_models(
     less weight. ``significance`` is the probability with which a model without gross
     errors gets a suspect. ``precision`` has for each row of the model points its weight
     in the tests, in proportion to 1 / σ² of what it contributes to a residual; the fit
-    keeps its own weights. Known gross errors, ``is_gross`` (n_model_points,), are taken
-    out first, unless too few points would be left for their model.
+    keeps its own weights. Models of which a point stands out are tested with all
+    ``covariances`` of their points, a function of pairs of rows as in
+    :func:`~einschalt.stages.correlated_residuals.tested_again`. Known gross errors,
+    ``is_gross`` (n_model_points,), are taken out first, unless too few points would be
+    left for their model.
 
     ``residuals`` of the result has all points: those that were taken out have leverage
     0, the residual by which the model misses them, and are suspects. ``observed`` and
@@ -54,7 +63,8 @@ def screen_models(
 
     The tests are exact where the errors of a model's points are independent and their
     sizes in the proportion of ``precision``. Points of unequal precision that are taken
-    for equal are suspects too often: the worse ones stand out.
+    for equal are suspects too often: the worse ones stand out. What points share beyond
+    that needs their covariances.
     """
     require_choice("outliers", outliers, OUTLIERS)
     if not 0.0 < significance < 1.0:
@@ -62,7 +72,7 @@ def screen_models(
             f"significance = {significance!r}", expected="a number between 0 and 1"
         )
     screen = _SCREENS[outliers]
-    tested = _Tested(transformation, significance, precision)
+    tested = _Tested(transformation, significance, precision, covariances)
     is_out = _that_can_be_spared(transformation, is_gross)
     if not is_out.any():
         return screen(tested)
@@ -100,8 +110,9 @@ def without_gross_errors(values, is_gross) -> pd.DataFrame:
 class _Tested:
     """A transformation, and the fit in which its points are tested."""
 
-    def __init__(self, transformation, significance, precision):
+    def __init__(self, transformation, significance, precision, covariances):
         self.transformation, self.significance = transformation, significance
+        self.covariances = covariances
         self.observed = transformation.observed
         self.fit_of = _fit_of(transformation.kind)
         self.precision = None
@@ -111,16 +122,34 @@ class _Tested:
     @property
     def points(self):
         """All points with the weights of the tests."""
-        points = self.observed.points
-        if self.precision is None:
-            return points
-        return replace(points, weights=points.weights * self.precision)
+        observed = self.observed
+        weights = observed.weights
+        if self.precision is not None:
+            weights = weights * self.precision
+        both = observed.source, observed.target, weights
+        return NumberedPoints(*both, observed.start, observed.row_numbers)
+
+    def tests_of(self, points):
+        """Tests of points in their own fit."""
+        fit = self.fit_of(points)
+        tests = fitted_tests(fit, points)
+        if self.covariances is None:
+            return tests
+        return tested_again(tests, fit, points, self.covariances)
+
+    def tests_beside(self, in_tests, out):
+        """Tests of points that were taken out, by those that were not."""
+        fit = self.fit_of(in_tests)
+        tests = other_tests(fit, in_tests, out.model, out)
+        if self.covariances is None:
+            return tests
+        return tested_beside(tests, fit, in_tests, out, self.covariances)
 
     def table(self, fit, observed, tested):
         """Residuals of a fit, with the tests of the same points in their own fit."""
         in_tests = None
-        if self.precision is not None:
-            in_tests = fitted_tests(self.fit_of(tested), tested)
+        if self.precision is not None or self.covariances is not None:
+            in_tests = self.tests_of(tested)
         return residual_table(fit, observed, self.significance, in_tests)
 
     def without(self, is_out):
@@ -129,7 +158,7 @@ class _Tested:
         fitted = replace(
             self.transformation, fit=self.fit_of(kept.points), observed=kept
         )
-        fewer = _Tested(fitted, self.significance, None)
+        fewer = _Tested(fitted, self.significance, None, self.covariances)
         if self.precision is not None:
             fewer.precision = self.precision[~is_out]
         return fewer
@@ -178,17 +207,12 @@ class _Snooped:
     """
 
     def __init__(self, tested):
-        observed, fit_of = tested.observed, tested.fit_of
-
-        def tests_of(points):
-            return fitted_tests(fit_of(points), points)
-
         self.points = tested.points
-        self.is_out = snoop(self.points, tests_of, tested.significance)
-        self.kept, self.fit = observed, tested.transformation.fit
+        self.is_out = snoop(self.points, tested.tests_of, tested.significance)
+        self.kept, self.fit = tested.observed, tested.transformation.fit
         if self.is_out.any():
-            self.kept = _without(observed, self.is_out)
-            self.fit = fit_of(self.kept.points)
+            self.kept = _without(tested.observed, self.is_out)
+            self.fit = tested.fit_of(self.kept.points)
         in_tests = self.points.chosen(~self.is_out)
         self.table = tested.table(self.fit, self.kept, in_tests)
         if self.is_out.any():
@@ -210,8 +234,8 @@ def _with_rows_of(screened, tested, is_out):
 
 def _rows_of_others(tested, fit, in_tests, is_out):
     """Rows of the residual table for points that were taken out."""
-    test_fit, out = tested.fit_of(in_tests), tested.points.chosen(is_out)
-    tests = other_tests(test_fit, in_tests, out.model, out)
+    out = tested.points.chosen(is_out)
+    tests = tested.tests_beside(in_tests, out)
     residuals = fit.apply(out.model, out.source) - out.target
     table = tested.observed.rows[is_out].reset_index(drop=True)
     table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals

@@ -35,17 +35,21 @@ class LowFlightFit:
     means: CoverageMean  # stage 5
 
 
-def transform_low_flight(block, model_points, ground, precision, settings, *, is_gross):
+def transform_low_flight(
+    block, model_points, ground, precision, settings, *, covariances=None, is_gross
+):
     """Transform the low flight onto ground points, check points excepted.
 
     Rows that ``is_gross`` marks take no part either; ``precision`` weighs the tests of
-    residuals. A GeometryError where not one model could be transformed.
+    residuals, and ``covariances`` are those behind them, see
+    :func:`~einschalt.stages.model_screening.screen_models`. A GeometryError where not
+    one model could be transformed.
     """
     kind = block.low_flight.transformation
     fitted = places_fitted_onto(block, ground["point_id"])
     low = transform_models(model_points, ground.iloc[fitted], kind)
     how = (settings.outliers, settings.significance, precision)
-    low = screen_models(low, *how, is_gross=is_gross)
+    low = screen_models(low, *how, covariances=covariances, is_gross=is_gross)
     require_usable(low, "low flight", STAGE)
     return low
 

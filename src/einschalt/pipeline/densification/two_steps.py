@@ -24,7 +24,10 @@ from einschalt.pipeline.densification.low_flight_fit import (
     transform_low_flight,
 )
 from einschalt.pipeline.densification.residual_distribution import distributed
-from einschalt.pipeline.densification.residual_test_weights import residual_test_weights
+from einschalt.pipeline.densification.residual_test_weights import (
+    residual_test_covariances,
+    residual_test_weights,
+)
 from einschalt.pipeline.densification.result_tables import (
     HIGH,
     LOW,
@@ -263,7 +266,8 @@ class _LowFlight:
 
     def first(self, ground):
         """Onto approximate coordinates: the model of its errors, and the fit."""
-        low = self._transformed(ground)
+        shared = residual_test_covariances(self.block, self.flights, self.high)
+        low = self._transformed(ground, shared)
         flown = self.block, self.flights, self.high, low
         model = model_of_known_errors(*flown, self.own)
         return model, self._averaged(low, model)
@@ -272,11 +276,10 @@ class _LowFlight:
         """Onto other coordinates, with weights by the errors of the first time."""
         return self._averaged(self._transformed(ground), model)
 
-    def _transformed(self, ground):
+    def _transformed(self, ground, covariances=None):
         how = (self.precision, self.settings)
-        return transform_low_flight(
-            self.block, self.points, ground, *how, is_gross=self.is_gross
-        )
+        which = {"covariances": covariances, "is_gross": self.is_gross}
+        return transform_low_flight(self.block, self.points, ground, *how, **which)
 
     def _averaged(self, low, model):
         averaging = averaging_with(self.settings, model, self.block)
