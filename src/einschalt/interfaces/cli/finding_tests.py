@@ -212,11 +212,17 @@ TESTS = mark_each(
             "The difference of the coverages of each point against its standard error "
             "(setting screening)."
         ),
-        "points_that_differ": ("spread_total of each point against the median of all."),
+        "points_that_differ": (
+            "spread_total of each point against the median of all, and against its "
+            "propagated size."
+        ),
         "imprecise_points": (
             "The standard error of each new point against the median of all."
         ),
-        "models_with_large_m_0": ("m_0 of each model against that of its flight."),
+        "models_with_large_m_0": (
+            "m_0 of each model against that of its flight, and against its propagated "
+            "size."
+        ),
         "all_models_mirrored": (
             "The sign of the determinant of each affine transformation."
         ),

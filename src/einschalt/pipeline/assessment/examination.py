@@ -25,10 +25,7 @@ from einschalt.pipeline.assessment.credible_heights import (
     control_height_parts,
     credible_heights,
 )
-from einschalt.pipeline.assessment.evidence.claim import (
-    UNTESTED,
-    examine_claim,
-)
+from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
 from einschalt.pipeline.assessment.evidence.control.alike import (
     may_hold_wrong_control,
     set_aside_may_be_right,
@@ -54,6 +51,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     find_control_patterns,
     wrong_control,
 )
+from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
@@ -147,6 +145,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion):
 
     frame = cached_property(frame_of)
     copies = cached_property(find_copies)
+    far_apart = cached_property(points_far_apart)
     misfit = cached_property(high_flight_misfit)
     image_tails = cached_property(find_image_tails)
     exchanged_image_names = cached_property(find_exchanged_image_names)
@@ -164,9 +163,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion):
         left_out = self.control_left_out
         exchanged = (exchange.points for exchange in self.exchanged_names)
         patterns = (self.control_patterns.plan, self.control_patterns.height)
-        alone = (
-            p.point_ids for p in patterns if p is not None and p.kind is Kind.POINT
-        )
+        alone = (p.point_ids for p in patterns if p and p.kind is Kind.POINT)
         return set(contradicting_points(self)).union(
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
             *(*exchanged, *alone),
@@ -334,8 +331,7 @@ class TwoStepExamination(Examination):
         DataFrame by point_id, of those that are no suspects.
         """
         table = self.control_left_out
-        is_suspect = table["is_suspect"].to_numpy(dtype=bool)
-        table = table[~is_suspect].set_index("point_id")
+        table = table[~table["is_suspect"].astype(bool)].set_index("point_id")
         columns = ["difference_easting", "difference_northing"]
         return table[columns].set_axis(PLAN, axis=1)
 

@@ -8,7 +8,6 @@ from einschalt.pipeline.assessment.evidence.control.patterns import wrong_contro
 from einschalt.pipeline.assessment.evidence.control.suspects import (
     LARGE_SPREAD,
     coverages_stand_out,
-    points_far_apart,
     residuals_not_yet_named,
     residuals_stand_out,
 )
@@ -144,7 +143,7 @@ def coverages_that_differ(examined):
 def points_that_differ(examined):
     """Points whose models or coverages lie far apart: gross errors."""
     points = examined.points
-    is_large = points_far_apart(examined)
+    is_large = examined.far_apart
     if not is_large.any():
         return None
     usual = float(points["spread_total"].median())

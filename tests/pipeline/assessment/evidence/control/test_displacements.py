@@ -91,6 +91,7 @@ def fake(points, s_0=1.0, p_value=np.nan):
         suspects=set(),
         coverages=table[["point_id", "is_suspect", "p_value"]],
         screening=SimpleNamespace(n_tested=4),
+        far_apart=np.zeros(4, dtype=bool),
         named_measurements=table.iloc[:0],
         is_possible=True,
         means=SimpleNamespace(points=table, used=pd.concat([table, table])),

@@ -8,6 +8,9 @@ claim less: only what stands out of all tests, and is told, counts against it.
 import numpy as np
 
 from einschalt.foundations.key_columns import rows_among
+from einschalt.pipeline.assessment.evidence.control.expected_scatter import (
+    expected_spread,
+)
 from einschalt.theory.adjustment.multiple_testing import any_significant
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -40,10 +43,18 @@ def coverages_stand_out(examined):
 
 
 def points_far_apart(examined):
-    """Which points have models that lie much farther apart than is usual, a mask."""
-    spread = examined.points["spread_total"].to_numpy(dtype=float)
+    """Which points have models that lie much farther apart than is usual, a mask.
+
+    And farther than the errors of these models, where they are propagated.
+    """
+    points = examined.points
+    spread = points["spread_total"].to_numpy(dtype=float)
     usual = np.nanmedian(spread) if np.isfinite(spread).any() else 0.0
-    return (spread > LARGE_SPREAD * usual) & (usual > 0.0)
+    is_far = (spread > LARGE_SPREAD * usual) & (usual > 0.0)
+    if is_far.any():
+        expected = expected_spread(examined, points.loc[is_far, "point_id"])
+        is_far[is_far] = ~(spread[is_far] <= LARGE_SPREAD * expected)
+    return is_far
 
 
 def suspects_by_chance(examined):
@@ -57,5 +68,5 @@ def suspects_by_chance(examined):
         names = table.loc[table["is_suspect"].astype(bool), "point_id"]
         (told if stand_out else found).update(names)
     points = examined.points
-    told.update(points.loc[points_far_apart(examined), "point_id"])
+    told.update(points.loc[examined.far_apart, "point_id"])
     return found - told

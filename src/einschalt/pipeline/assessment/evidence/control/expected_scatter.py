@@ -1,0 +1,89 @@
+"""How far values and residuals lie apart where nothing is wrong, by the propagation.
+
+Points of a weak model of the high flight are off by much more than others, and what
+the low flight makes of them scatters with them: it is no gross error.
+"""
+
+import numpy as np
+
+from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.names import encode, is_among
+from einschalt.stages.correlated_residuals import (
+    NumberedPoints,
+    design_of,
+    model_covariances,
+)
+from einschalt.stages.error_propagation.covariances import (
+    SharedCovariances,
+    covariances_of_pairs,
+    propagate,
+)
+from einschalt.stages.error_propagation.operators import mean_operator
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.point_operator import N_PLAN, selection
+
+
+def expected_spread(examined, point_ids):
+    """Root mean square of the ``spread_total`` that points would have by chance [m].
+
+    (n_points,), in the order of ``point_ids``; NaN where errors are not propagated.
+    """
+    model = examined.propagation
+    if model is None:
+        return np.full(len(point_ids), np.nan)
+    means = examined.means
+    n_values, axes = model.low.measured.n_points, model.axes
+    names = encode(means.points["point_id"])
+    used = encode(means.used["point_id"])
+    of_used = names.locate(used)[used.codes]
+    rows = np.flatnonzero(is_among(means.used["point_id"], point_ids))
+    mean = mean_operator(means, np.arange(n_values), n_values, axes)
+    of_point = selection(of_used[rows], len(names), axes) @ mean
+    each = selection(means.row_numbers[rows], n_values, axes)
+    apart = (each - of_point.formed()).formed()
+    chains = {name: apart @ chain for name, chain in model.chains_to_values.items()}
+    errors = propagate(rows, chains, model.standard_errors)
+    squares = np.trace(errors.covariance[:, :N_PLAN, :N_PLAN], axis1=1, axis2=2)
+    sort = segments(of_used[rows], len(names))
+    sums, count = segment_sum(squares[sort.order], sort.start), sort.count
+    spread = np.sqrt(sums / np.where(count > 1, count - 1, np.nan))
+    asked = encode(point_ids)
+    return spread[names.locate(asked)[asked.codes]]
+
+
+def expected_m_0(examined, flight, models):
+    """Root mean square of the ``m_0`` that models would have by chance [m].
+
+    ``models`` are places among those that were fitted; (n_models,), NaN where errors
+    are not propagated, or points are too many for their covariances.
+    """
+    found = np.full(len(models), np.nan)
+    model = examined.propagation
+    if model is None:
+        return found
+    fitted = examined.low if model.is_last(flight) else examined.high.transformation
+    observed, fit = fitted.observed, fitted.fit
+    chains, known = model.chains_to_fits(flight, observed), SharedCovariances()
+
+    def covariances(pairs):
+        return covariances_of_pairs(chains, model.standard_errors, pairs, known)
+
+    rows = np.arange(len(observed.row_numbers))
+    both = observed.source, observed.target, observed.weights
+    points = NumberedPoints(*both, observed.start, rows)
+    for number, own, covariance in model_covariances(points, models, covariances):
+        design = design_of(fit, number, points, own)
+        mean_square = _mean_square(design, points.weights[own], covariance)
+        found[models == number] = SQRT2 * np.sqrt(mean_square)
+    return found
+
+
+def _mean_square(design, weights, covariance):
+    """Mean of s_0² of a fit with other weights than the covariance has [m²]."""
+    n_points, n_axes, n_parameters = design.shape
+    root = np.repeat(np.sqrt(weights), n_axes)
+    basis = np.linalg.qr(root[:, None] * design.reshape(-1, n_parameters))[0]
+    weighed = root[:, None] * covariance * root
+    taken_up = np.sum(basis * (weighed @ basis))
+    redundancy = n_points * n_axes - n_parameters
+    return (np.trace(weighed) - taken_up) / redundancy
