@@ -3,11 +3,12 @@
 Several sums of squares are formed of quantities that would vanish without errors. Each
 is, on the average, a known linear combination of the variances of the sources:
 
-    E[S_j] = Σ_k f_k tr(L_jk Σ_k Lᵀ_jk),
+    E[S_j] = Σ_k f_k tr(P_j L_jk Σ_k Lᵀ_jk),
 
-f_k being the factor of the variances of source k against the given ones, and L_jk the
-error operator. The factors are estimated by least squares, weighted by the covariances
-of the sums.
+f_k being the factor of the variances of source k against the given ones, L_jk the error
+operator, and P_j the diagonal matrix of weights, one over the expected square of each
+quantity: otherwise a few points of a weak model are the whole sum. The factors are
+estimated by least squares, weighted by the covariances of the sums.
 
 Source: Helmert 1907 (estimation of components from sums of squares); Rao 1971; see
 docs/theory/variance_components.md.
@@ -27,6 +28,10 @@ from einschalt.theory.adjustment.point_operator import PointOperator
 MOST_DRAWS, FEWEST_DRAWS = 100, 15
 # of all draws: in large blocks chance leaves less of the mean of each sum
 NUMBERS_IN_ALL = 5_000_000
+# one draw in so many besides them tells how large the numbers of the sums are
+WEIGHED_BY, FEWEST_TO_WEIGH = 3, 8
+# of the mean of a sum: what has less is rounding, as where a model has no redundancy
+LEAST_SQUARE = 1e-8
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
 LEAST_FACTOR = 1e-4
@@ -96,8 +101,9 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     a fraction of their standard errors.
     """
     sources = tuple(standard_errors)
-    observed = np.array([np.sum(np.abs(part.values) ** 2) for part in sums])
-    products = _drawn_products(sums, standard_errors, seed)
+    drawn = _DrawnSums(sums, standard_errors, seed)
+    observed = drawn.of_values([part.values for part in sums])
+    products = drawn.products()
     design = np.einsum("djkk->jk", products) / len(products)
     held = {name: held[name] for name in sources if name in (held or {})}
     is_free = np.array([name not in held for name in sources])
@@ -154,27 +160,68 @@ def nonnegative_factors(design, observed):
     return best
 
 
-def _drawn_products(sums, standard_errors, seed):
-    """Scalar products of drawn parts, shape (n_draws, n_sums, n_sources, n_sources)."""
-    rng = np.random.default_rng(seed)
-    n_sources = len(standard_errors)
-    axes = next(iter(sums[0].chains.values())).axes
-    longest = max(axes.size(len(sizes)) for sizes in standard_errors.values())
-    n_all = int(np.clip(NUMBERS_IN_ALL // longest, FEWEST_DRAWS, MOST_DRAWS))
-    products = np.empty((n_all, len(sums), n_sources, n_sources))
-    chains = _by_rows([part.chains for part in sums])
-    first = 0
-    for n_draws in draws_in_parts(n_all, longest, NUMBERS_AT_ONCE):
-        errors = draw_errors(standard_errors, axes, n_draws=n_draws, seed=rng)
-        through = _Through(chains, errors)
-        for place, of_sum in enumerate(chains):
-            drawn = [through.applied(name, of_sum.get(name)) for name in errors]
+class _DrawnSums:
+    """Sums of squares, each number over its own size, and draws of all errors.
+
+    Sizes come from other draws than means and covariances of the sums: these would
+    otherwise be too regular.
+    """
+
+    def __init__(self, sums, standard_errors, seed):
+        self._sums, self._errors = sums, standard_errors
+        self._seed = seed
+        self._axes = next(iter(sums[0].chains.values())).axes
+        sizes = standard_errors.values()
+        self._longest = max(self._axes.size(len(each)) for each in sizes)
+        n_all = NUMBERS_IN_ALL // self._longest
+        self._n_all = int(np.clip(n_all, FEWEST_DRAWS, MOST_DRAWS))
+        self._chains = _by_rows([part.chains for part in sums])
+        self._weights = self._inverse_squares()
+
+    def of_values(self, values):
+        """Sums of squares of observed numbers, (n_sums,)."""
+        pairs = zip(self._weights, values, strict=True)
+        return np.array([np.sum(w * np.abs(each) ** 2) for w, each in pairs])
+
+    def products(self):
+        """Scalar products of drawn parts, (n_draws, n_sums, n_sources, n_sources)."""
+        n_sums, n_sources = len(self._sums), len(self._errors)
+        products = np.empty((self._n_all, n_sums, n_sources, n_sources))
+        first = 0
+        for n_draws, place, drawn in self._parts(self._n_all, self._seed):
+            weights = self._weights[place]
             for k, m in combinations_with_replacement(range(n_sources), 2):
-                of_pair = _scalar_products(drawn[k], drawn[m])
+                of_pair = _scalar_products(drawn[k], drawn[m], weights)
                 products[first : first + n_draws, place, k, m] = of_pair
                 products[first : first + n_draws, place, m, k] = of_pair
-        first += n_draws
-    return products
+            first += n_draws * (place == n_sums - 1)
+        return products
+
+    def _inverse_squares(self):
+        """One over the mean square of each number; 0 where all errors cancel."""
+        n_draws = max(self._n_all // WEIGHED_BY, FEWEST_TO_WEIGH)
+        squares = [np.zeros(len(part.values)) for part in self._sums]
+        for _, place, drawn in self._parts(n_draws, [self._seed, 1]):
+            together = reduce(add, (part for part in drawn if part is not None))
+            squares[place] += np.sum(np.abs(together) ** 2, axis=1) / n_draws
+        return [
+            np.divide(
+                *(1.0, each),
+                out=np.zeros(len(each)),
+                where=each > LEAST_SQUARE * each.mean(),
+            )
+            for each in squares
+        ]
+
+    def _parts(self, n_all, seed):
+        """Draws of each sum in parts: their number, place of the sum, by source."""
+        rng, axes = np.random.default_rng(seed), self._axes
+        for n_draws in draws_in_parts(n_all, self._longest, NUMBERS_AT_ONCE):
+            errors = draw_errors(self._errors, axes, n_draws=n_draws, seed=rng)
+            through = _Through(self._chains, errors)
+            for place, of_sum in enumerate(self._chains):
+                drawn = [through.applied(name, of_sum.get(name)) for name in errors]
+                yield n_draws, place, drawn
 
 
 def _by_rows(chains):
@@ -236,13 +283,13 @@ def _ends(source, one):
     return [(source, *parts[:length]) for length in range(1, len(parts) + 1)]
 
 
-def _scalar_products(first, second):
-    """Real parts of the scalar products of columns, (n_draws,); 0 without a source."""
-    if first is None or second is None:
+def _scalar_products(first, second, weights):
+    """Real parts of the weighted scalar products of columns, (n_draws,)."""
+    if first is None or second is None:  # 0 without a source
         return 0.0
     n_draws = first.shape[1]
     # along rows first: many times quicker than along both parts of a number
-    sums = np.einsum("nk,nk->k", first.view(float), second.view(float))
+    sums = np.einsum("n,nk,nk->k", weights, first.view(float), second.view(float))
     return sums.reshape(n_draws, -1).sum(axis=1)
 
 
