@@ -311,7 +311,7 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
             "{pairs} --principal-distance 153 --method gruber",
             "--method is given beside --principal-distance",
         ),
-        ("{parallaxes} --base -92", "base = -92.0; expected a positive length"),
+        ("{parallaxes} --base -92", "--base = -92; expected a positive length"),
         ("{parallaxes} --base none.csv", "none.csv: the file does not exist"),
         ("{parallaxes} --base many", "many: the suffix is missing"),
         (
