@@ -113,3 +113,20 @@ def test_a_gross_error_beside_weak_models_is_named():
     assert "suspect_observations" in told(result)
     suspects = result.residuals[result.residuals["is_suspect"]]
     assert suspects["point_id"].tolist() == [low.loc[wrong, "point_id"]]
+
+
+def test_a_gross_error_that_only_its_flight_contradicts_is_told():
+    control, high, low = weak_block(2)
+    seen = low.groupby("point_id")["x"].transform("size")
+    is_new = ~low["point_id"].isin(control["point_id"])
+    wrong = low.index[(seen > 2) & is_new][40]
+    moved = low["x"] + 0.05 * (low.index == wrong)
+    result = densified(control, high, low.assign(x=moved))
+    assert told(result) & OF_GROSS_ERRORS >= {"kept_gross_measurements"}
+    (found,) = (
+        each
+        for each in result.assessment.findings
+        if each.code == "kept_gross_measurements"
+    )
+    assert found.names == (low.loc[wrong, "point_id"],)
+    assert found.facts["explains"] == ()

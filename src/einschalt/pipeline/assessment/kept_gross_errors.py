@@ -54,13 +54,16 @@ NO_CONSEQUENCES = {
     *("no_check_points", "figure_left_out", "note_of_reading", "failed_models"),
     *("models_without_redundancy", "points_in_one_coverage", "points_in_one_model"),
 }
+# what comes from too little control, and from no error
+OF_GEOMETRY = {"imprecise_points"}
 
 
 def with_kept_gross_errors(examined, judges, findings):
     """Put gross errors that take part before the findings that follow from them.
 
     ``judges`` are those of the examination. As they were where nothing is kept, the
-    block is large, or no finding is gone without them.
+    block is large, or no finding is gone without them; but they are told where all that
+    is found is weak geometry: nothing doubts the errors by which they are gross.
     """
     may_follow = [found for found in findings if _may_follow(found)]
     gross = _kept(examined) if may_follow else None
@@ -78,7 +81,7 @@ def with_kept_gross_errors(examined, judges, findings):
         if found.remedy != "measure_excluded_again"  # these are out
     }
     explained = [found for found in may_follow if found.code not in remaining]
-    if not explained:
+    if not explained and any(found.code not in OF_GEOMETRY for found in may_follow):
         return findings
     marked = tuple(
         replace(found, explained_by=CODE) if found in explained else found
