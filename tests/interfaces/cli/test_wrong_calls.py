@@ -81,16 +81,16 @@ CALLS = {
         None,
     ),
     # what is refused behind the call
-    ("plan", "--scale", 50): ("--scale = 50", "500 to 200000", "Give the denominator"),
-    ("plan", "--scale-number", 50): ("--scale-number = 50", "500 to 200000", "Give"),
+    ("plan", "--scale", 50): ("--scale = 50", "100 to 200000", "Give the denominator"),
+    ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 200000", "Give"),
     ("plan", "--point-spacing", 0.3): (
         "--point-spacing = 0.3",
-        "1 to 10000 metres",
+        "0.5 to 50000 metres",
         "Did you give kilometres?",
     ),
-    ("plan", "--target", "5cm", "--spacing", 0.5): (
-        "--spacing = 0.5",
-        "1 to 10000 metres",
+    ("plan", "--target", "5cm", "--spacing", 0.4): (
+        "--spacing = 0.4",
+        "0.5 to 50000 metres",
         None,
     ),
     # nobody has given the distance of the points of its layout
@@ -99,18 +99,19 @@ CALLS = {
             "the layout of an area of 1000000 x 1000000 m would have "
             "points 80000 m apart, to be computed in time"
         ),
-        "at most 10000 m",
+        "at most 50000 m",
         "Give a smaller --width and --height, less overlap, or fewer coverages",
     ),
     (
-        *("plan", "--expect", "--spacing", 1900, "--scale", 150_000),
-        *("--high-scale-number", 200_000, *CLOSE),
+        *("plan", "--expect", "--spacing", 1900, "--scale", 190_000),
+        *("--high-scale-number", 200_000, "--n-coverages", 4),
+        *("--forward-overlap", 0.95, "--side-overlap", 0.85),
     ): (
         (
             "the layout of an area of 133000 x 133000 m would have "
-            "points 10640 m apart, to be computed in time"
+            "points 479662 m apart, to be computed in time"
         ),
-        "at most 10000 m",
+        "at most 50000 m",
         "Give a smaller --spacing, less overlap, or fewer coverages",
     ),
     ("plan", "--scale", "8000,x"): ("--scale 'x'", "numbers as 6000,8000", None),
@@ -124,11 +125,11 @@ CALLS = {
         "one value: a search has one ratio of the errors of both flights",
         "Write --m-g-um 4, or leave --high-m-g-um out",
     ),
-    ("simulate", "--scale", 5, *OUT): ("--scale = 5", "500 to 200000", None),
-    ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5", "500 to 200000", None),
+    ("simulate", "--scale", 5, *OUT): ("--scale = 5", "100 to 200000", None),
+    ("simulate", "--low-scale", 5, *OUT): ("--low-scale = 5", "100 to 200000", None),
     ("simulate", "--camera", "dmc_3", "--spacing", 0.1, *OUT): (
         "--spacing = 0.1",
-        "1 to 10000 metres",
+        "0.5 to 50000 metres",
         None,
     ),
     ("plan", "--target", "5cm", "--n-settings", 0): (

@@ -192,7 +192,7 @@ def of_rows(tmp_path):
         ({"n_settings": 0.01}, "n_settings = 0.01; expected a whole number, 1 to 100"),
         ({"control_per_model": 5.5}, "control_per_model = 5.5; expected a whole numb"),
         ({"control_per_model": 7}, "control_per_model = 7; expected 5 or 9"),
-        ({"scale_number": 5}, "scale_number = 5; expected 500 to 200000"),
+        ({"scale_number": 5}, "scale_number = 5; expected 100 to 200000"),
     ],
 )
 def test_faulty_rows_are_told_with_their_line_and_spare_the_others(

@@ -26,10 +26,10 @@ TOLERANCE = 1e-9  # of image lengths [m]: they are sums of decimals
 RANGES = {
     "width": Range(100, 1_000_000, "metres"),
     "height": Range(100, 1_000_000, "metres"),
-    "point_spacing": Range(1, 10_000, "metres"),
+    "point_spacing": Range(0.5, 50_000, "metres"),
     "jitter": Range(0, 0.49, "of the point spacing"),
-    "high_scale_number": Range(500, 200_000),
-    "low_scale_number": Range(500, 200_000),
+    "high_scale_number": Range(100, 200_000),
+    "low_scale_number": Range(100, 200_000),
     "image_format": Range(0.002, 1, "metres", **IN_MM),
     "image_format_across": Range(0.002, 1, "metres", **IN_MM),
     "principal_distance": Range(0.002, 1, "metres", **IN_MM),

@@ -56,12 +56,12 @@ def test_a_table_names_both_ways_out(spacing):
 
 
 def test_no_spacing_is_advised_that_is_refused():
-    assert "spacings of at most" not in refused(table_of_small_images, 500, 1.1).remedy
-    assert "spacings of at most 34 m" in refused(table, [500], [50]).remedy
+    assert "spacings of at most" not in refused(table_of_uav, 100, 0.9).remedy
+    assert "spacings of at most 6.9 m" in refused(table, [100], [50]).remedy
 
 
-def table_of_small_images(scale, spacing):
-    given = {"image_format": (0.004, 0.006), "side_overlap": 0.6}
+def table_of_uav(scale, spacing):
+    given = {"image_format": UAV.image_format, "side_overlap": 0.6}
     return plan_precision(scale, spacing, 0.1, 10, **given)
 
 

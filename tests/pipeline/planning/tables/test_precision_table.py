@@ -93,7 +93,7 @@ def test_optimal_scale_is_a_row_of_the_table():
         ({"scale_number": []}, "scale_number is empty"),
         ({"scale_number": "8000"}, r"scale_number = '8000'"),
         ({"scale_number": True}, "scale_number = True"),
-        ({"spacing": 0}, r"spacing = 0; expected 1 to 10000 metres\.$"),
+        ({"spacing": 0}, r"spacing = 0; expected 0\.5 to 50000 metres\.$"),
         ({"spacing": 0.25}, r"spacing = 0\.25; .*kilometres"),
         ({"spacing": [300, np.nan]}, "spacing = nan"),
         ({"m_0": 10}, r"m_0 = 10; .*10 cm are 0\.10"),

@@ -20,10 +20,10 @@ OF_PER_CENT = (2.0, 100.0)
 RANGES = {
     # of scales and spacings what a layout takes as well: a test compares them
     "scale_number": Range(
-        500, 200_000, likely_slip="Give the denominator: 8000 for 1:8000"
+        100, 200_000, likely_slip="Give the denominator: 8000 for 1:8000"
     ),
     "spacing": Range(
-        *(1, 10_000, "metres"),
+        *(0.5, 50_000, "metres"),
         likely_slip="Did you give kilometres?",
         slips=(1e-3, 10),
     ),
