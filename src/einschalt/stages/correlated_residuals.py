@@ -48,9 +48,9 @@ def tested_again(tests, fit, points, covariances) -> PointTests:
     """
     w, p_value = tests.w.copy(), tests.p_value.copy()
     stands_out = is_rejected_by_holm(p_value, points.start, STANDS_OUT)
-    for model, rows, block in _plane_blocks(points, stands_out, covariances):
-        residuals, design = fit.residuals[rows], design_of(fit, model, points, rows)
-        again = correlated_point_tests(residuals, design, block)
+    for models, rows, found in _plane_covariances(points, stands_out, covariances):
+        design = design_of(fit, models, points, rows)
+        again = correlated_point_tests(fit.residuals[rows], design, found)
         w[rows], p_value[rows] = again.w, again.p_value
     return PointTests(w, p_value)
 
@@ -62,21 +62,26 @@ def tested_beside(tests, fit, kept, out, covariances) -> PointTests:
     """
     w, p_value = tests.w.copy(), tests.p_value.copy()
     points, is_out, place = _merged(kept, out)
-    for model, rows, block in _plane_blocks(points, is_out, covariances):
-        residuals = _residuals(fit, model, points, rows)
-        design = design_of(fit, model, points, rows)
-        is_beside = is_out[rows]
-        for one in np.flatnonzero(is_beside):
-            take = np.flatnonzero(~is_beside | (np.arange(len(is_beside)) == one))
-            last = np.flatnonzero(take == one)[0]
-            numbers = (AXES_OF_A_POINT * take[:, None] + [0, 1]).ravel()
-            again = correlated_point_tests(
-                residuals[take], design[take], block[np.ix_(numbers, numbers)]
-            )
-            f = AXES_OF_A_POINT * len(take) - design.shape[2]
-            at = place[rows][one]
-            w[at], p_value[at] = _w_beside(again.w[last], f), again.p_value[last]
+    for models, rows, found in _plane_covariances(points, is_out, covariances):
+        of_rows = models, points, rows
+        given = _residuals(fit, *of_rows), design_of(fit, *of_rows)
+        for at, *of_model in zip(rows, *given, found, strict=True):
+            for one in np.flatnonzero(is_out[at]):
+                again = _with_one(one, is_out[at], *of_model)
+                row = place[at[one]]
+                w[row], p_value[row] = again
     return PointTests(w, p_value)
+
+
+def _with_one(one, is_out, residuals, design, covariance):
+    """Give w and P of one of the points that are out, beside all that are not."""
+    take = np.flatnonzero(~is_out | (np.arange(len(is_out)) == one))
+    numbers = (AXES_OF_A_POINT * take[:, None] + [0, 1]).ravel()
+    block = covariance[np.ix_(numbers, numbers)]
+    again = correlated_point_tests(residuals[take], design[take], block)
+    last = np.flatnonzero(take == one)[0]
+    f = AXES_OF_A_POINT * len(take) - design.shape[2]
+    return _w_beside(again.w[last], f), again.p_value[last]
 
 
 def _w_beside(w, redundancy):
@@ -99,73 +104,85 @@ def _merged(kept, out):
     return NumberedPoints(*arrays, sort.start, rows), place >= 0, place
 
 
-def _plane_blocks(points, is_asked, covariances):
+def _plane_covariances(points, is_asked, covariances):
     """Models in plan with points that are asked for, as :func:`model_covariances`.
 
     None whose covariances are hardly regular beside their rounding.
     """
     asked = segment_sum(is_asked.astype(np.int64), points.start) > 0
     is_plane = points.target.shape[1] == AXES_OF_A_POINT
-    models = np.flatnonzero(asked & is_plane)
-    for model, rows, block in model_covariances(points, models, covariances):
-        eigenvalues = np.linalg.eigvalsh(block)
-        if eigenvalues[0] > LEAST_EIGENVALUE * eigenvalues[-1]:
-            yield model, rows, block
+    asked = np.flatnonzero(asked & is_plane)
+    for models, rows, found in model_covariances(points, asked, covariances):
+        eigenvalues = np.linalg.eigvalsh(found)
+        is_regular = eigenvalues[:, 0] > LEAST_EIGENVALUE * eigenvalues[:, -1]
+        if is_regular.any():
+            yield models[is_regular], rows[is_regular], found[is_regular]
 
 
 def model_covariances(points, models, covariances):
-    """Covariances of all points of some models, one model after the other.
+    """Covariances of all points of some models, those with as many points together.
 
     ``points`` are NumberedPoints, ``covariances`` as in :func:`tested_again`, of as
-    many axes as the points have. Gives the number of a model, its rows of ``points``
-    and the matrix of all their coordinates [m²]; no models of more than MOST_POINTS
-    points, and none whose covariances are not known.
+    many axes as the points have. Gives numbers of models (n,), their rows of ``points``
+    (n, n_points) and the matrices of all their coordinates, (n, n_axes n_points,
+    n_axes n_points) [m²]; no models of more than MOST_POINTS points, and none whose
+    covariances are not known.
     """
     size = np.diff(points.start)
     for part in _in_parts(models[size[models] <= MOST_POINTS], size):
-        upper = [np.triu_indices(size[model]) for model in part]
-        first = points.start[part]
+        alike = [part[size[part] == n] for n in np.unique(size[part])]
+        rows = [points.start[g][:, None] + np.arange(size[g[0]]) for g in alike]
+        upper = [np.triu_indices(own.shape[1]) for own in rows]
         pairs = [
-            points.rows[own + np.transpose(places)]
-            for own, places in zip(first, upper, strict=True)
+            np.stack([own[:, one], own[:, two]], axis=-1)
+            for own, (one, two) in zip(rows, upper, strict=True)
         ]
-        ends = np.cumsum([len(each) for each in pairs])[:-1]
-        found = np.split(covariances(np.concatenate(pairs)), ends)
-        for model, places, blocks in zip(part, upper, found, strict=True):
-            if np.isfinite(blocks).all():
-                rows = np.arange(points.start[model], points.start[model + 1])
-                yield model, rows, _full(blocks, places, len(rows))
+        asked = np.concatenate([each.reshape(-1, 2) for each in pairs])
+        ends = np.cumsum([each.size // 2 for each in pairs])[:-1]
+        found = np.split(covariances(points.rows[asked]), ends)
+        for some, own, places, blocks in zip(alike, rows, upper, found, strict=True):
+            of_models = blocks.reshape(len(some), -1, *blocks.shape[1:])
+            is_known = np.isfinite(of_models).all(axis=(1, 2, 3))
+            if is_known.any():
+                full = _full(of_models[is_known], places, own.shape[1])
+                yield some[is_known], own[is_known], full
 
 
 def _in_parts(models, size):
-    """Parts of models, none of them with many more pairs than fit in memory."""
+    """Parts of models, sorted by size, with not many more pairs than fit in memory."""
+    models = models[np.argsort(size[models], kind="stable")]
     n_pairs = np.cumsum(size[models].astype(float) ** 2 / 2.0)
     ends = np.flatnonzero(np.diff(n_pairs // PAIRS_AT_ONCE)) + 1
     return [part for part in np.split(models, ends) if len(part)]
 
 
 def _full(blocks, places, n_points):
-    """Matrix of the blocks of its upper triangle."""
-    n_axes = blocks.shape[1]
-    full = np.empty((n_points, n_points, n_axes, n_axes))
+    """Matrices of the blocks of their upper triangles, (n, n_numbers, n_numbers)."""
+    n_models, _, n_axes, _ = blocks.shape
+    full = np.empty((n_models, n_points, n_points, n_axes, n_axes))
     first, second = places
-    full[second, first] = blocks.transpose(0, 2, 1)
-    full[first, second] = blocks
-    return full.transpose(0, 2, 1, 3).reshape(n_points * n_axes, -1)
+    full[:, second, first] = blocks.transpose(0, 1, 3, 2)
+    full[:, first, second] = blocks
+    n_numbers = n_points * n_axes
+    return full.transpose(0, 1, 3, 2, 4).reshape(n_models, n_numbers, n_numbers)
 
 
-def _residuals(fit, model, points, rows):
+def _residuals(fit, models, points, rows):
     """Transformed minus given of points that need not have been fitted."""
-    of_model = np.full(len(rows), model)
-    return fit.apply(of_model, points.source[rows]) - points.target[rows]
+    of_rows = np.repeat(models, rows.shape[1])
+    residuals = fit.apply(of_rows, points.source[rows.ravel()])
+    return residuals.reshape(*rows.shape, -1) - points.target[rows]
 
 
-def design_of(fit, model, points, rows):
-    """Derivatives of the ground coordinates of points by all parameters of a model.
+def design_of(fit, models, points, rows):
+    """Derivatives of the ground coordinates of points by all parameters of models.
 
-    (n_rows, n_axes, n_parameters): by the shift, then by the others.
+    Of rows (n_models, n_points): (n_models, n_points, n_axes, n_parameters), by the
+    shift, then by the others.
     """
-    rest = sensitivity(fit, np.full(len(rows), model), points.source[rows])
+    of_rows = np.repeat(models, rows.shape[1])
+    rest = sensitivity(fit, of_rows, points.source[rows.ravel()])
     n_axes = rest.shape[1]
-    shift = np.broadcast_to(np.eye(n_axes), (len(rows), n_axes, n_axes))
-    return np.concatenate([shift, rest], axis=2)
+    shift = np.broadcast_to(np.eye(n_axes), (len(rest), n_axes, n_axes))
+    together = np.concatenate([shift, rest], axis=2)
+    return together.reshape(*rows.shape, *together.shape[1:])

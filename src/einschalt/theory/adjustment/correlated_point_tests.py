@@ -24,12 +24,13 @@ def correlated_point_tests(residuals, design, covariance) -> PointTests:
 
     Parameters
     ----------
-    residuals : ndarray, shape (n_points, 2)
+    residuals : ndarray, shape (..., n_points, 2)
         Of any fit of the model: what the parameters can take up makes no difference.
-    design : ndarray, shape (n_points, 2, n_parameters)
+    design : ndarray, shape (..., n_points, 2, n_parameters)
         Derivatives of both coordinates by all parameters.
-    covariance : ndarray, shape (2 n_points, 2 n_points)
-        Of the errors behind the residuals, in any unit; positive definite.
+    covariance : ndarray, shape (..., 2 n_points, 2 n_points)
+        Of the errors behind the residuals, in any unit; positive definite. Models of as
+        many points may be stacked.
 
     Returns
     -------
@@ -37,26 +38,29 @@ def correlated_point_tests(residuals, design, covariance) -> PointTests:
         NaN where the redundancy is 2 or less, where a point is not checked by others,
         and where all residuals vanish.
     """
-    n_points, n_parameters = len(residuals), design.shape[2]
+    n_points, n_axes, n_parameters = design.shape[-3:]
+    flat = (*design.shape[:-3], n_points * n_axes)
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-    basis = np.linalg.qr(whiten @ design.reshape(-1, n_parameters))[0]
+    basis = np.linalg.qr(whiten @ design.reshape(*flat, n_parameters))[0]
     # rows of what is left of whitened observations beside the parameters
-    left = whiten - basis @ (basis.T @ whiten)
-    rest = left @ residuals.ravel()
-    omega, f = float(rest @ rest), AXES_OF_A_POINT * n_points - n_parameters
-    w = np.full(n_points, np.nan)
-    if f <= AXES_OF_A_POINT or omega <= 0.0:
-        return PointTests(w, w.copy())
-    by_point = left.reshape(len(left), n_points, AXES_OF_A_POINT)
-    alone = whiten.reshape(by_point.shape)
-    weight = np.einsum("kni,knj->nij", by_point, by_point)
-    weight_alone = np.einsum("kni,knj->nij", alone, alone)
+    left = whiten - basis @ (np.swapaxes(basis, -1, -2) @ whiten)
+    rest = (left @ residuals.reshape(*flat, 1))[..., 0]
+    omega = np.sum(rest**2, axis=-1, keepdims=True)
+    f = n_axes * n_points - n_parameters
+    w = np.full((*flat[:-1], n_points), np.nan)
+    p_value = w.copy()
+    if f <= AXES_OF_A_POINT:
+        return PointTests(w, p_value)
+    by_point = (*flat, n_points, n_axes)
+    left, alone = left.reshape(by_point), whiten.reshape(by_point)
+    weight = np.einsum("...kni,...knj->...nij", left, left)
+    weight_alone = np.einsum("...kni,...knj->...nij", alone, alone)
     numbers = np.linalg.eigvals(np.linalg.solve(weight_alone, weight)).real
-    is_checked = numbers.min(axis=1) > LEAST_REDUNDANCY_NUMBER
-    errors = np.einsum("kni,k->ni", by_point, rest)[is_checked]
+    is_checked = (numbers.min(axis=-1) > LEAST_REDUNDANCY_NUMBER) & (omega > 0.0)
+    errors = np.einsum("...kni,...k->...ni", left, rest)[is_checked]
     solved = np.linalg.solve(weight[is_checked], errors[:, :, None])[:, :, 0]
-    share = np.minimum(np.sum(errors * solved, axis=1) / omega, 1.0)
+    of_model = np.broadcast_to(omega, is_checked.shape)[is_checked]
+    share = np.minimum(np.sum(errors * solved, axis=1) / of_model, 1.0)
     w[is_checked] = np.sqrt(share * f)
-    p_value = np.full(n_points, np.nan)
     p_value[is_checked] = (1.0 - share) ** (0.5 * (f - AXES_OF_A_POINT))
     return PointTests(w, p_value)

@@ -57,10 +57,9 @@ def expected_m_0(examined, flight, models):
     ``models`` are places among those that were fitted; (n_models,), NaN where errors
     are not propagated, or points are too many for their covariances.
     """
-    found = np.full(len(models), np.nan)
     model = examined.propagation
     if model is None:
-        return found
+        return np.full(len(models), np.nan)
     fitted = examined.low if model.is_last(flight) else examined.high.transformation
     observed, fit = fitted.observed, fitted.fit
     chains, known = model.chains_to_fits(flight, observed), SharedCovariances()
@@ -68,22 +67,28 @@ def expected_m_0(examined, flight, models):
     def covariances(pairs):
         return covariances_of_pairs(chains, model.standard_errors, pairs, known)
 
+    of_all = np.full(len(observed.start) - 1, np.nan)
     rows = np.arange(len(observed.row_numbers))
     both = observed.source, observed.target, observed.weights
     points = NumberedPoints(*both, observed.start, rows)
-    for number, own, covariance in model_covariances(points, models, covariances):
-        design = design_of(fit, number, points, own)
+    asked = np.unique(models)
+    for some, own, covariance in model_covariances(points, asked, covariances):
+        design = design_of(fit, some, points, own)
         mean_square = _mean_square(design, points.weights[own], covariance)
-        found[models == number] = SQRT2 * np.sqrt(mean_square)
-    return found
+        of_all[some] = SQRT2 * np.sqrt(mean_square)
+    return of_all[models]
 
 
 def _mean_square(design, weights, covariance):
-    """Mean of s_0² of a fit with other weights than the covariance has [m²]."""
-    n_points, n_axes, n_parameters = design.shape
-    root = np.repeat(np.sqrt(weights), n_axes)
-    basis = np.linalg.qr(root[:, None] * design.reshape(-1, n_parameters))[0]
-    weighed = root[:, None] * covariance * root
-    taken_up = np.sum(basis * (weighed @ basis))
+    """Mean of s_0² of fits with other weights than the covariances have [m²].
+
+    Of models of as many points, stacked.
+    """
+    n_models, n_points, n_axes, n_parameters = design.shape
+    root = np.repeat(np.sqrt(weights), n_axes, axis=1)[:, :, None]
+    weighed_design = root * design.reshape(n_models, -1, n_parameters)
+    basis = np.linalg.qr(weighed_design)[0]
+    weighed = root * covariance * np.swapaxes(root, 1, 2)
+    taken_up = np.sum(basis * (weighed @ basis), axis=(1, 2))
     redundancy = n_points * n_axes - n_parameters
-    return (np.trace(weighed) - taken_up) / redundancy
+    return (np.trace(weighed, axis1=1, axis2=2) - taken_up) / redundancy
