@@ -60,6 +60,13 @@ def test_no_spacing_is_advised_that_is_refused():
     assert "spacings of at most 6.9 m" in refused(table, [100], [50]).remedy
 
 
+def test_no_scale_number_is_advised_that_is_refused():
+    """Narrow models would hold the points at 1:790000."""
+    narrow = {"forward_overlap": 0.95, "side_overlap": 0.9}
+    error = refused(lambda: plan_precision(100_000, 9000, 0.1, 10, **narrow))
+    assert error.remedy == "For 1:100000 give spacings of at most 1100 m"
+
+
 def table_of_uav(scale, spacing):
     given = {"image_format": UAV.image_format, "side_overlap": 0.6}
     return plan_precision(scale, spacing, 0.1, 10, **given)

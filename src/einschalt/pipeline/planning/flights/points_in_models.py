@@ -29,16 +29,7 @@ def require_points(model, scale_number, spacing):
     along, across = (smallest * side for side in model.extent)
     n_points = float(model.n_points(smallest, widest))
     least = LEAST_POINTS[model.kind]
-    # which of the values are to be changed is up to the planner: both ways, with their
-    # numbers
-    half = min(model.extent) / 2.0
-    remedy = f"For {widest:g} m give scale numbers of at least {upwards(widest / half)}"
-    if smallest * half >= RANGES["spacing"].low:
-        remedy = (
-            f"For {widest:g} m give scale numbers of at least "
-            f"{upwards(widest / half)}, or for {scale(smallest)} spacings of at most "
-            f"{downwards(smallest * half)} m"
-        )
+    remedy = _of_scale_or_spacing(smallest, widest, min(model.extent) / 2.0)
     if widest > min(along, across):
         raise GeometryError(
             f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
@@ -53,6 +44,27 @@ def require_points(model, scale_number, spacing):
             expected=f"at least {least} for kind = {model.kind}",
             remedy=remedy,
         )
+
+
+def _of_scale_or_spacing(smallest, widest, half):
+    """What gives the models points enough, as far as it may be asked for.
+
+    Which of the values are to be changed is up to the planner: both ways, with their
+    numbers. ``half`` of a model's shorter side [m in the image].
+    """
+    larger, closer = upwards(widest / half), downwards(smallest * half)
+    is_scale = float(larger) in RANGES["scale_number"]
+    is_spacing = float(closer) in RANGES["spacing"]
+    if is_scale and is_spacing:
+        return (
+            f"For {widest:g} m give scale numbers of at least "
+            f"{larger}, or for {scale(smallest)} spacings of at most {closer} m"
+        )
+    if is_scale:
+        return f"For {widest:g} m give scale numbers of at least {larger}"
+    if is_spacing:
+        return f"For {scale(smallest)} give spacings of at most {closer} m"
+    return "Give smaller spacings, or less overlap"
 
 
 @dataclass(frozen=True)
