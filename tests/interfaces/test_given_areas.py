@@ -39,7 +39,11 @@ def test_corners_are_a_polygon(given):
 
 
 @pytest.mark.parametrize(
-    "given", [CORNERS[:2], [1.0, 2.0], [("a", "b")] * 4, np.full((4, 2), np.nan)]
+    "given",
+    [
+        *(CORNERS[:2], [1.0, 2.0], [("a", "b")] * 4, np.full((4, 2), np.nan)),
+        *(CORNERS + 1j, CORNERS > 1.0),
+    ],
 )
 def test_what_is_no_corners_is_refused(given):
     with pytest.raises(GeometryError, match=r"expected a polygon, .* corners"):

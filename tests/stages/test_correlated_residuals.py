@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 import einschalt as es
+from einschalt.stages import correlated_residuals
 from einschalt.stages.correlated_residuals import MOST_POINTS
 from einschalt.stages.model_screening import OUTLIERS, screen_models
 
@@ -93,6 +94,24 @@ def test_of_a_point_out_of_the_fit_the_test_is_that_of_the_fit_with_it(
     assert out.loc[is_it, "p_value"].item() == pytest.approx(
         named.loc[is_it, "p_value"].item(), rel=1e-6
     )
+
+
+def test_whatever_would_be_a_suspect_is_tested_again(
+    flight, ground, covariances, monkeypatch
+):
+    """At whatever significance: not by weights alone."""
+    asked = []
+
+    def remembered(pairs):
+        asked.append(len(pairs))
+        return covariances(pairs)
+
+    monkeypatch.setattr(correlated_residuals, "STANDS_OUT", 1e-15)
+    fit = es.transform_models(flight, ground)
+    screen_models(fit, "keep", 1e-15, covariances=remembered)
+    assert not asked
+    screen_models(fit, "keep", 0.05, covariances=remembered)
+    assert asked
 
 
 @pytest.mark.parametrize("kind", ["affine", "helmert", "rigid"])

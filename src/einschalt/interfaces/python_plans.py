@@ -302,8 +302,6 @@ def _area_of(area, crs):
         return read_area(area, crs=crs)
     if hasattr(area, "geometry") and hasattr(area, "crs"):
         return area_of_table(area, crs)
-    if isinstance(area, FlightArea):
-        return area
     return FlightArea(_of_corners(area), crs)
 
 
@@ -314,10 +312,11 @@ def _of_corners(area):
     import shapely  # noqa: PLC0415 - loaded when an area is planned
 
     try:
-        corners = np.asarray(area, dtype=float)
-    except (TypeError, ValueError):
+        corners = np.asarray(area)
+    except ValueError:  # not as many coordinates of each
         corners = np.empty(0)
     is_plane = corners.ndim == 2 and corners.shape[1] == 2
+    is_plane &= corners.dtype.kind in "iuf"
     if not (is_plane and len(corners) >= FEWEST and np.isfinite(corners).all()):
         raise GeometryError(
             f"area is {described(area)}",

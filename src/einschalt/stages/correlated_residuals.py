@@ -31,23 +31,32 @@ LEAST_EIGENVALUE = 1e-12  # of the largest one
 class NumberedPoints(CommonPoints):
     """Common points that know which model points they are."""
 
-    rows: np.ndarray  # (n,): rows of the table of model points
+    # (n,): rows of the table of model points, or what their covariances are asked by
+    rows: np.ndarray
+
+    @classmethod
+    def of(cls, observed, weights, rows):
+        """Points as a transformation has observed them, with weights of their own."""
+        given = observed.source, observed.target, weights, observed.start
+        return cls(*given, rows)
 
     def _taken(self, rows, start, *_):
         of_points = self.source, self.target, self.weights
         return NumberedPoints(*(a[rows] for a in of_points), start, self.rows[rows])
 
 
-def tested_again(tests, fit, points, covariances) -> PointTests:
+def tested_again(tests, fit, points, covariances, significance) -> PointTests:
     """Test models of which a point stands out, with the covariances of all points.
 
     ``points`` are the NumberedPoints of ``fit``, in which ``tests`` were made.
     ``covariances`` gives those of the errors behind the residuals for pairs of rows
     (n_pairs, 2): (n_pairs, 2, 2) [m²]. Models in space, and of more than MOST_POINTS
-    points, keep their tests.
+    points, keep their tests. Models are tested that would have a suspect at the
+    ``significance``, and rarer ones.
     """
     w, p_value = tests.w.copy(), tests.p_value.copy()
-    stands_out = is_rejected_by_holm(p_value, points.start, STANDS_OUT)
+    level = max(STANDS_OUT, significance)
+    stands_out = is_rejected_by_holm(p_value, points.start, level)
     for models, rows, found in _plane_covariances(points, stands_out, covariances):
         design = design_of(fit, models, points, rows)
         again = correlated_point_tests(fit.residuals[rows], design, found)
@@ -86,7 +95,7 @@ def _with_one(one, is_out, residuals, design, covariance):
 
 def _w_beside(w, redundancy):
     """Make w by the s_0 of the points beside it of one by the s_0 of all."""
-    share = w**2 / redundancy
+    share = np.minimum(w**2 / redundancy, 1.0)
     with np.errstate(divide="ignore"):  # all others fit exactly
         return np.sqrt(share / (1.0 - share) * (redundancy - AXES_OF_A_POINT))
 

@@ -126,8 +126,7 @@ class _Tested:
         weights = observed.weights
         if self.precision is not None:
             weights = weights * self.precision
-        both = observed.source, observed.target, weights
-        return NumberedPoints(*both, observed.start, observed.row_numbers)
+        return NumberedPoints.of(observed, weights, observed.row_numbers)
 
     def tests_of(self, points):
         """Tests of points in their own fit."""
@@ -135,7 +134,7 @@ class _Tested:
         tests = fitted_tests(fit, points)
         if self.covariances is None:
             return tests
-        return tested_again(tests, fit, points, self.covariances)
+        return tested_again(tests, fit, points, self.covariances, self.significance)
 
     def tests_beside(self, in_tests, out):
         """Tests of points that were taken out, by those that were not."""

@@ -76,7 +76,7 @@ def test_long_tables_are_cut_in_the_text_only(invoke, tmp_path):
 @pytest.mark.parametrize(
     ("option", "value", "says"),
     [
-        ("--scale-number", "50", "Give the denominator: 8000 for 1:8000"),
+        ("--scale-number", "0.0001", "Give the denominator: 8000 for 1:8000"),
         ("--scale-number", "0", "--scale-number = 0"),
         ("--spacing", "3000", "spacing = 3000 m is larger than a model at 1:6000"),
         ("--m-0", "10", "10 cm are 0.10"),
@@ -188,6 +188,17 @@ def test_terrain_is_judged_at_every_scale(invoke, tmp_path):
     cameras = pd.read_csv(tmp_path / "plan" / "dangerous_surfaces_by_camera.csv")
     assert set(cameras["camera"]) == set(CAMERAS)
     assert (tmp_path / "plan" / "diagrams.png").exists()
+
+
+def test_a_figure_may_stand_in_the_folder_that_is_made(invoke, tmp_path):
+    folder = tmp_path / "new"
+    asked = ("--spacing", 300, "--output", folder, "--figure", folder / "f.svg")
+    assert invoke("plan", *asked).exit_code == 0
+    assert {"f.svg", "summary.txt"} <= {path.name for path in folder.iterdir()}
+    beside = tmp_path / "other" / "f.svg"
+    refused = invoke("plan", *asked[:2], "--figure", beside)
+    assert refused.exit_code == 2
+    assert "cannot be written" in refused.stderr
 
 
 @pytest.mark.parametrize(

@@ -81,8 +81,12 @@ CALLS = {
         None,
     ),
     # what is refused behind the call
-    ("plan", "--scale", 50): ("--scale = 50", "100 to 200000", "Give the denominator"),
-    ("plan", "--scale-number", 50): ("--scale-number = 50", "100 to 200000", "Give"),
+    ("plan", "--scale", 50): ("--scale = 50", "100 to 200000", None),
+    ("plan", "--scale-number", 0.000125): (
+        "--scale-number = 0.000125",
+        "100 to 200000",
+        "Give the denominator",
+    ),
     ("plan", "--point-spacing", 0.3): (
         "--point-spacing = 0.3",
         "0.5 to 50000 metres",

@@ -1,11 +1,14 @@
 """What is not to be used blindly is told before it is used."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import einschalt as es
 from einschalt.foundations.language import written_in
+from einschalt.interfaces.publication.doubts import doubts_of
 from einschalt.interfaces.publication.operations_of_results import (
     Frames,
     operations_of_block,
@@ -77,3 +80,34 @@ def test_models_without_redundancy_have_no_held_out_points(good_result):
     (one,) = operations_of_block(tables, Frames("DEMO", None))
     assert one.n_held_out == 0
     assert one.accuracy_m < 1.0  # of the errors that are propagated
+
+
+def test_gross_errors_that_were_taken_out_are_not_held_out(good_result):
+    """They came to an accuracy of 72 m, in place of 15 cm."""
+    low = good_result.models.iloc[[-1]]
+    own = good_result.residuals.merge(low[["flight", "coverage", "model_id"]])
+    tables = {"models": low, "residuals": own.iloc[1:], "points": good_result.points}
+    (expected,) = operations_of_block(tables, Frames("DEMO", None))
+    out = own.index == own.index[0]
+    own.loc[out, ["residual_easting", "leverage"]] = [70.0, 0.0]
+    (one,) = operations_of_block(tables | {"residuals": own}, Frames("DEMO", None))
+    assert one.accuracy_m == expected.accuracy_m
+    assert one.n_held_out == expected.n_held_out
+    assert doubts_of([one]) == ()
+
+
+def test_doubts_are_of_held_out_points_and_of_what_is_seen(good_result):
+    names = ("models", "residuals", "points")
+    tables = {name: getattr(good_result, name) for name in names}
+    sound = operations_of_block(tables, Frames("DEMO", None))
+    assert doubts_of(sound) == ()
+    # exact but for rounding, of which one has more
+    errors = np.full(len(sound), 1e-12)
+    errors[0] = 9e-12
+    exact = [replace(o, missed_m=e) for o, e in zip(sound, errors, strict=True)]
+    assert doubts_of(exact) == ()
+    # much is propagated, and nothing missed
+    weak = [replace(sound[0], accuracy_m=500.0), *sound[1:]]
+    assert doubts_of(weak) == ()
+    off = [replace(sound[0], missed_m=500.0), *sound[1:]]
+    assert "up to 500.0000 m" in doubts_of(off)[0]

@@ -105,6 +105,23 @@ def test_a_source_without_errors_gets_zero_not_less():
     assert error > 0.0
 
 
+def test_a_sum_that_is_rounding_tells_nothing():
+    """Misfits of a flight whose models have no redundancy."""
+    sums = measured(2)
+    values, chains = sums[1].values, sums[1].chains
+    small = {
+        name: PointOperator((1e-16 * chain.matrix,), chain.axes)
+        for name, chain in chains.items()
+    }
+    rounding = SumOfSquares(1e-14 * values, small)
+    expected = estimate_factors(sums, sizes())
+    found = estimate_factors([rounding, *sums], sizes())
+    np.testing.assert_array_equal(found.factors, expected.factors)
+    np.testing.assert_array_equal(found.covariance, expected.covariance)
+    with pytest.raises(np.linalg.LinAlgError, match="fewer sums"):
+        estimate_factors([rounding, sums[1]], sizes())
+
+
 def test_scaled_is_the_root_of_the_factor():
     factors = VarianceFactors(("a", "b"), np.array([4.0, 0.0]), np.diag([0.04, 0.09]))
     assert factors.scaled("a", 5.0) == pytest.approx((10.0, 5.0 * 0.2 / 4.0))

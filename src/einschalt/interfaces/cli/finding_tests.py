@@ -20,7 +20,8 @@ TESTS = mark_each(
         ),
         "kept_gross_measurements": (
             "What the other models of the flight contradict in a simultaneous "
-            "adjustment of it; and which findings are gone without these measurements."
+            "adjustment of it; and which findings are gone without these "
+            "measurements, or that nothing but weak geometry is found."
         ),
         "other_targets": (
             "Whether all models of the low flight, each fitted without the point, "

@@ -6,7 +6,8 @@ from einschalt.foundations.errors import name_some
 from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.typesetting import per_cent
 
-FAR_ABOVE_OTHERS = 5.0  # times the median of a result's transformations
+FAR_ABOVE_OTHERS = 5.0  # times the median of all that a result has
+LEAST_TOLD = 5e-5  # metres: less is 0 as it is written
 OF_EXTENT = 0.01  # of what a transformation covers
 FEWEST = 3  # transformations of which one can be far above the others
 UNCHECKED = mark(
@@ -31,19 +32,20 @@ def doubts_of(operations) -> tuple[str, ...]:
 
     ``operations``: list of PublishedOperation.
     """
-    errors = np.array([one.accuracy_m for one in operations], dtype=float)
+    errors = np.array([one.error_at_held_out for one in operations], dtype=float)
     is_held = np.array([one.n_held_out > 0 for one in operations])
     said = []
     if not is_held.all():
         unchecked = [o for o, held in zip(operations, is_held, strict=True) if not held]
         said.append(translated(UNCHECKED, n=len(unchecked), names=_names(unchecked)))
     extents = np.array([_extent(one) for one in operations])
-    is_wide = is_held & (errors > OF_EXTENT * extents)
+    is_told = is_held & (errors > LEAST_TOLD)
+    is_wide = is_told & (errors > OF_EXTENT * extents)
     if is_wide.any():
         facts = _facts(operations, errors, is_wide)
         said.append(translated(FAR_FOR_EXTENT, percent=per_cent(OF_EXTENT), **facts))
     median = np.median(errors[is_held]) if is_held.sum() >= FEWEST else np.inf
-    is_far = is_held & ~is_wide & (errors > FAR_ABOVE_OTHERS * median)
+    is_far = is_told & ~is_wide & (errors > FAR_ABOVE_OTHERS * median)
     if is_far.any():
         facts = _facts(operations, errors, is_far)
         facts |= {"factor": f"{FAR_ABOVE_OTHERS:g}", "median": figure(median, ".4f")}

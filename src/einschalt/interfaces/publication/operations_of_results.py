@@ -161,7 +161,10 @@ def operations_of_block(tables, frames, bent=()):
     models = models[models["is_usable"] & ~models["flight"].isin(list(bent))]
     if frames.target is not None:  # spatial models were bent as the map is
         models = models[models["transformation"] != "helmert_3d"]
-    held = tables["residuals"].merge(tables["points"], on="point_id")
+    # gross errors that were taken out have no leverage: they are not held out
+    residuals = tables["residuals"]
+    fitted = residuals[residuals["leverage"] != 0.0]
+    held = fitted.merge(tables["points"], on="point_id")
     groups = held.groupby(MODEL_OF_FLIGHT, sort=False).indices
     keys = models[MODEL_OF_FLIGHT].astype(str).to_numpy()
     made = []
@@ -188,10 +191,11 @@ def _of_model(row, points, frames, code, key):
         title, abs(np.linalg.det(matrix)) ** (1 / len(matrix))
     )
     residuals = points[["residual_easting", "residual_northing"]].to_numpy()
-    error, n_held = held_out_error(without_point(residuals, points[["leverage"]]))
+    missed, n_held = held_out_error(without_point(residuals, points[["leverage"]]))
+    error = missed
     if "standard_error_total" in points:  # what its points share does not show
         propagated = np.sqrt((points["standard_error_total"] ** 2).mean())
-        error = float(np.fmax(error, propagated))
+        error = float(np.fmax(missed, propagated))
     return PublishedOperation(
         code=code,
         title=title,
@@ -205,6 +209,7 @@ def _of_model(row, points, frames, code, key):
         frame=frame,
         system=system,
         area=frames.area(target[:, :2]),
+        missed_m=missed,
     )
 
 

@@ -35,7 +35,7 @@ class PublishedOperation:
     # source, target: (n, 2) or (n, 3), identical points
     source: np.ndarray
     target: np.ndarray
-    accuracy_m: float  # TOTAL, of held-out points
+    accuracy_m: float  # TOTAL, of held-out points, or propagated where that is more
     n_held_out: int
     frame: pyproj.CRS  # from which it leads
     system: pyproj.CRS  # into which, easting before northing
@@ -43,6 +43,13 @@ class PublishedOperation:
     given_net: TriangleNet | None = None
     grid: ShiftGrid | None = None
     left_out: pd.DataFrame | None = None
+    # TOTAL, of held-out points, where ``accuracy_m`` may be another [m]
+    missed_m: float | None = None
+
+    @property
+    def error_at_held_out(self):
+        """By how much it misses points that were held out, TOTAL [m]."""
+        return self.accuracy_m if self.missed_m is None else self.missed_m
 
     @property
     def is_distributed(self):

@@ -42,11 +42,11 @@ def with_group_sizes(model, given, flight, fit, free=()):
         sums = _sums(model, source, flight, fit)
     else:
         sums = [sum_of_residuals(model, flight, fit)]
+    held = dict.fromkeys(model.standard_errors.keys() - {source, *free}, 0.0)
+    found = _factors(sums, model.standard_errors, held)
     # 0 where the residuals do not tell
-    factors, is_told = {source: 0.0}, sums is not None
+    factors, is_told = {source: 0.0}, found is not None
     if is_told:
-        held = dict.fromkeys(model.standard_errors.keys() - {source, *free}, 0.0)
-        found = estimate_factors(sums, model.standard_errors, held=held)
         # what hides in the noise may be as large as it is uncertain
         spread = np.sqrt(np.diag(found.covariance))
         found = replace(found, factors=np.maximum(found.factors, spread))
@@ -60,6 +60,16 @@ def with_group_sizes(model, given, flight, fit, free=()):
         standard_errors=sizes,
         is_assumed=model.is_assumed or not is_told,
     )
+
+
+def _factors(sums, standard_errors, held):
+    """Estimate factors of variances; None where no sum tells one from another."""
+    if sums is None:
+        return None
+    try:
+        return estimate_factors(sums, standard_errors, held=held)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def sum_of_residuals(model, flight, fit) -> SumOfSquares:

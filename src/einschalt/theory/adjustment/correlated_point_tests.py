@@ -27,7 +27,7 @@ def correlated_point_tests(residuals, design, covariance) -> PointTests:
     residuals : ndarray, shape (..., n_points, 2)
         Of any fit of the model: what the parameters can take up makes no difference.
     design : ndarray, shape (..., n_points, 2, n_parameters)
-        Derivatives of both coordinates by all parameters.
+        Derivatives of both coordinates by all parameters, finite.
     covariance : ndarray, shape (..., 2 n_points, 2 n_points)
         Of the errors behind the residuals, in any unit; positive definite. Models of as
         many points may be stacked.

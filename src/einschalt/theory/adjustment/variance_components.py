@@ -30,8 +30,9 @@ MOST_DRAWS, FEWEST_DRAWS = 100, 15
 NUMBERS_IN_ALL = 5_000_000
 # one draw in so many besides them tells how large the numbers of the sums are
 WEIGHED_BY, FEWEST_TO_WEIGH = 3, 8
-# of the mean of a sum: what has less is rounding, as where a model has no redundancy
-LEAST_SQUARE = 1e-8
+# of the mean of a sum, and of the largest of these means: what has less is rounding, as
+# where a model, or all of a flight, has no redundancy
+LEAST_SQUARE, LEAST_MEAN = 1e-8, 1e-16
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
 LEAST_FACTOR = 1e-4
@@ -92,6 +93,11 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     VarianceFactors
         No factor is negative.
 
+    Raises
+    ------
+    LinAlgError
+        The sums do not tell one source from another; those that are rounding are none.
+
     Notes
     -----
     Means and covariances of the sums come from 100 draws of all errors (15 in blocks of
@@ -102,11 +108,14 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     """
     sources = tuple(standard_errors)
     drawn = _DrawnSums(sums, standard_errors, seed)
-    observed = drawn.of_values([part.values for part in sums])
-    products = drawn.products()
+    told = drawn.told
+    observed = drawn.of_values([part.values for part in sums])[told]
+    products = drawn.products()[:, told]
     design = np.einsum("djkk->jk", products) / len(products)
     held = {name: held[name] for name in sources if name in (held or {})}
     is_free = np.array([name not in held for name in sources])
+    if len(told) < is_free.sum():
+        raise np.linalg.LinAlgError("fewer sums of squares than sources")
     unexplained = observed - design[:, ~is_free].sum(axis=1)
     factors = np.ones(len(sources))
     for _ in range(N_ITERATIONS):
@@ -178,6 +187,11 @@ class _DrawnSums:
         self._chains = _by_rows([part.chains for part in sums])
         self._weights = self._inverse_squares()
 
+    @property
+    def told(self):
+        """Places of the sums that are more than rounding."""
+        return np.flatnonzero([weights.any() for weights in self._weights])
+
     def of_values(self, values):
         """Sums of squares of observed numbers, (n_sums,)."""
         pairs = zip(self._weights, values, strict=True)
@@ -204,13 +218,11 @@ class _DrawnSums:
         for _, place, drawn in self._parts(n_draws, [self._seed, 1]):
             together = reduce(add, (part for part in drawn if part is not None))
             squares[place] += np.sum(np.abs(together) ** 2, axis=1) / n_draws
+        means = np.array([each.mean() for each in squares])
+        least = np.maximum(LEAST_SQUARE * means, LEAST_MEAN * means.max())
         return [
-            np.divide(
-                *(1.0, each),
-                out=np.zeros(len(each)),
-                where=each > LEAST_SQUARE * each.mean(),
-            )
-            for each in squares
+            np.divide(1.0, each, out=np.zeros(len(each)), where=each > low)
+            for each, low in zip(squares, least, strict=True)
         ]
 
     def _parts(self, n_all, seed):

@@ -246,12 +246,12 @@ def test_drones_that_fly_low_are_planned_over_an_area():
 
 
 def test_no_scale_is_advised_that_no_layout_has():
-    tiny = FlightArea(shapely.box(0.0, 0.0, 55.0, 37.0))
+    tiny = FlightArea(shapely.box(0.0, 0.0, 12.0, 8.0))
     with pytest.raises(GeometryError, match="Survey its points on the ground"):
         recommended.search_over(TARGET, tiny, CHOICES, PlanFrame())
-    low = replace(DRONE, max_height=14.0)
-    choices = PlanChoices(scale_number=(500,), spacing=(5,), m_g_um=(1.9,))
-    with pytest.raises(GeometryError, match=r"is flown 21\.9 m above") as refused:
+    low = replace(DRONE, principal_distance=0.05, max_height=5.0)
+    choices = PlanChoices(scale_number=(100,), spacing=(0.8,), m_g_um=(1.9,))
+    with pytest.raises(GeometryError, match=r"is flown 6\.25 m above") as refused:
         recommended.search_over(TARGET, tiny, choices, low)
     assert "scale numbers" not in refused.value.remedy
 

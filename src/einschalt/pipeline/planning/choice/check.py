@@ -207,8 +207,10 @@ def check_plans(
     counting has taken enough. ``spent()`` gives the part of the work that was allowed
     for which layouts were propagated: once one keeps the target, and no work is left,
     no more are tried. ``refine`` names choices of which values between those of
-    the search are tried as well, about the cheapest that is kept, and about near misses
-    of another kind: those of ``finer_choices``. ``progress(title, fraction)`` is told.
+    the search are tried as well, about the cheapest that is kept, about the next
+    where costs are counted, and about near misses of another kind: those of
+    ``finer_choices``. ``progress(title, fraction)`` is
+    told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
@@ -226,7 +228,8 @@ def check_plans(
         tries.go(trials, most, all_tried, work=FOR_GIVEN_VALUES if refine else 1.0)
         best = tries.best()
         if refine and best.is_kept:
-            more = _between(tries, best, frame, refine)
+            kept = [best, best.next_best][: 1 if count is None else 2]
+            more = _between(tries, best, kept, frame, refine)
             tries.search = search = searched_with(search, more)
             trials = trials.extended(pd.concat([plans, more]))
             tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
@@ -235,15 +238,15 @@ def check_plans(
     return replace(best, search=search, finer=finer)
 
 
-def _between(tries, best, frame, refine):
+def _between(tries, best, kept, frame, refine):
     """Plans between those of a search, about the best ones and what came near to them.
 
-    About the next best as well, which may gain more. With another number of coverages,
-    or of control points in a model, none may have been kept, and one between may be:
-    about the one of each that misses the target by the least.
+    ``kept``: the best, and the next best where costs are counted, which may gain more;
+    estimates tell less of it, and it would take trials from the best. With another
+    number of coverages, or of control points in a model, none may have been kept, and
+    one between may be: about the one of each that misses the target by the least.
     """
-    of_kept = [best] if best.next_best is None else [best, best.next_best]
-    about = [kept.plan for kept in of_kept] + [*tries.nearest_of_others(best.plan)]
+    about = [*(one.plan for one in kept if one), *tries.nearest_of_others(best.plan)]
     found = tries.search.plans.iloc[:0]
     for plan in about:
         more = plans_between(tries.search, plan, frame, refine)

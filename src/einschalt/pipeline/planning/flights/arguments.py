@@ -20,7 +20,9 @@ OF_PER_CENT = (2.0, 100.0)
 RANGES = {
     # of scales and spacings what a layout takes as well: a test compares them
     "scale_number": Range(
-        100, 200_000, likely_slip="Give the denominator: 8000 for 1:8000"
+        *(100, 200_000),
+        likely_slip="Give the denominator: 8000 for 1:8000",
+        slips=(0, 1),
     ),
     "spacing": Range(
         *(0.5, 50_000, "metres"),

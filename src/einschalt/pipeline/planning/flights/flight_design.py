@@ -219,9 +219,12 @@ def require_overlaps(flown):
         low = max(of_blocks.low, without_gaps)
         allowed = replace(ASKED[name], low=low, high=of_blocks.high, unit="")
         if value not in allowed:
+            leaves_gaps = isinstance(value, Real) and value < low
             raise SettingsError(
                 f"{name} = {shown(value)}",
-                expected=f"{allowed} of the image, so that models leave no gaps",
+                expected=f"{allowed} of the image, so that models leave no gaps"
+                if leaves_gaps
+                else f"{allowed} of the image",
                 remedy=allowed.remedy_for(value),
             )
 

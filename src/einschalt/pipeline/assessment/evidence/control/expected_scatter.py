@@ -69,8 +69,7 @@ def expected_m_0(examined, flight, models):
 
     of_all = np.full(len(observed.start) - 1, np.nan)
     rows = np.arange(len(observed.row_numbers))
-    both = observed.source, observed.target, observed.weights
-    points = NumberedPoints(*both, observed.start, rows)
+    points = NumberedPoints.of(observed, observed.weights, rows)
     asked = np.unique(models)
     for some, own, covariance in model_covariances(points, asked, covariances):
         design = design_of(fit, some, points, own)
