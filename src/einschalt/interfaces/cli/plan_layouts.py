@@ -29,10 +29,7 @@ from einschalt.pipeline.planning.estimate.search import (
 )
 from einschalt.pipeline.planning.estimate.text import ONE_COVERAGE
 from einschalt.pipeline.planning.flights.arguments import RANGES, checked_number
-from einschalt.pipeline.planning.flights.flight_design import (
-    FlightDesign,
-    require_overlaps,
-)
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
 SEARCHED_SCALES = 16
@@ -55,7 +52,6 @@ PRICES = mark_each(
 def search(asked: Asked) -> Answer:
     """Answer with the plan that keeps a precision on its own layout."""
     frame = frame_of(asked)
-    require_overlaps(frame)
     found = find_plans(
         *(asked["target"], choices_of(asked), frame),
         where=asked["where"],

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -136,7 +135,7 @@ def flight_of(options, *, on_layout=False) -> PlannedFlight:
             require_overlaps,
         )
 
-        require_overlaps(SimpleNamespace(image_format=sides, **overlaps))
+        require_overlaps(sides, **overlaps)
     return PlannedFlight(
         preset,
         planned_model(options["kind"], options["edge"], sides, **overlaps),

@@ -78,7 +78,8 @@ def read_area(path, *, layer=None, crs=None) -> FlightArea:
 def area_of_table(table, crs=None) -> FlightArea:
     """Take the polygons of a table of geopandas as one area, as :func:`read_area` does.
 
-    ``table`` has ``geometry`` and ``crs``, as GeoDataFrame and GeoSeries have.
+    ``table`` has ``geometry`` and ``crs``, as GeoDataFrame and GeoSeries have; ``crs``
+    and errors as there.
     """
     source = type(table).__name__
     own = None if table.crs is None else table.crs.to_string()

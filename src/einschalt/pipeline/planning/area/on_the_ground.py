@@ -280,8 +280,7 @@ class _Coverage:
         is_left = np.isin(wanted, left)
         axes = []
         for axis, values in enumerate((raster.along, raster.across)):
-            given = values, local[:, axis], half[:, axis]
-            room = _room_at_ends(*given)
+            room = _room_at_ends(values, local[:, axis], half[:, axis])
             is_short = [end.min(initial=np.inf, where=is_left) < 0.0 for end in room]
             if not any(is_short):
                 axes.append(values)

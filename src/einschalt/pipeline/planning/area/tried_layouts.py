@@ -6,7 +6,7 @@ from threading import Lock
 
 import numpy as np
 
-from einschalt.foundations.errors import EinschaltError, GeometryError
+from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.typesetting import per_cent
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import amounts_of, require_overlap
@@ -24,6 +24,8 @@ from einschalt.pipeline.planning.flights.flight_design import MOST_WORK, FlightD
 from einschalt.pipeline.planning.flights.points_in_models import (
     MOST_ON_THE_GROUND,
     downwards,
+    of_closer_points,
+    refusal_of_control,
 )
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 
@@ -184,19 +186,9 @@ def require_densified(layout, plan, max_height):
     closer = np.sqrt(WELL_BELOW * MOST_ON_THE_GROUND / share)
     apart = downwards(spacing * closer)
     # control is less where models of the high flight are larger
-    if max_height is None or plan["high_flying_height"] <= closer * max_height:
-        remedy = (
-            f"Give spacings of at most {apart} m, or larger scale numbers of the high "
-            "flight"
-        )
-    else:
-        remedy = (
-            f"Give spacings of at most {apart} m: control grows with the "
-            "models of the high flight, which cannot be larger below --max-height"
-        )
-    raise GeometryError(
+    limit = np.inf if max_height is None else closer * max_height
+    is_limited = plan["high_flying_height"] > limit
+    raise refusal_of_control(
         f"{len(layout.control)} control points are {per_cent(share)} of all points",
-        expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be "
-        "better surveyed on the ground as well",
-        remedy=remedy,
+        of_closer_points(apart, is_limited=is_limited),
     )

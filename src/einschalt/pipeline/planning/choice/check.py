@@ -206,16 +206,15 @@ def check_plans(
     asked of plans that may be the cheapest, before one is propagated; None where
     counting has taken enough. ``spent()`` gives the part of the work that was allowed
     for which layouts were propagated: once one keeps the target, and no work is left,
-    no more are tried. ``refine`` names choices of which values between those of
-    the search are tried as well, about the cheapest that is kept, about the next
-    where costs are counted, and about near misses of another kind: those of
-    ``finer_choices``. ``progress(title, fraction)`` is
-    told.
+    no more are tried. ``refine`` names choices of which values between those of the
+    search are tried as well, about the cheapest that is kept, about the next where
+    costs are counted, and about near misses of another kind: those of
+    ``finer_choices``. ``progress(title, fraction)`` is told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
         require_choice("refine", name, tuple(REFINED))
-    require_overlaps(frame)
+    require_overlaps(frame.image_format, frame.forward_overlap, frame.side_overlap)
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     cost = cost or (lambda plan: plan["cost"])
     plans = _with_several_coverages(search)

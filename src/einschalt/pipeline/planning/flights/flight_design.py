@@ -79,7 +79,7 @@ class FlightDesign:
                 remedy="Give the larger denominator to the high flight",
             )
         _check_work(self.most_work)
-        require_overlaps(self)
+        require_overlaps(self.image_format, self.forward_overlap, self.side_overlap)
         require_points(self.model, self.scale_number, self.spacing)
         self._require_close_points()
         self.geometry()
@@ -206,16 +206,18 @@ def _rim_of(along, across):
     return min(along, across) * RIM_OVER_SIDE
 
 
-def require_overlaps(flown):
-    """Refuse overlaps of a design or a frame with which no layout is made.
+def require_overlaps(image_format, forward_overlap, side_overlap):
+    """Refuse overlaps with which no layout is made.
 
-    SettingsError where models would leave gaps, or photographs lie too close.
+    ``image_format``: one side or both, along and across [m]; overlaps are parts of the
+    image. SettingsError where models would leave gaps, or photographs lie too close.
     """
-    sides = checked_axis("image_format", flown.image_format)
+    sides = checked_axis("image_format", image_format)
     along, across = float(sides[0]), float(sides[-1])
     least = least_overlaps(along, across, _rim_of(along, across))
-    for name, without_gaps in least.items():
-        value, of_blocks = getattr(flown, name), BLOCK_RANGES[name]
+    given = {"forward_overlap": forward_overlap, "side_overlap": side_overlap}
+    for name, value in given.items():
+        without_gaps, of_blocks = least[name], BLOCK_RANGES[name]
         low = max(of_blocks.low, without_gaps)
         allowed = replace(ASKED[name], low=low, high=of_blocks.high, unit="")
         if value not in allowed:

@@ -156,18 +156,10 @@ def too_much_control(of_points, spacing, max_height, does, *, over_area=False):
     """
     largest = np.max(spacing * np.sqrt(MOST_ON_THE_GROUND / of_points)) / MORE
     apart = _spacing_that(does, largest)
-    if max_height is None:
-        remedy = (
-            f"Give spacings of at most {apart} m, or larger scale numbers "
-            "of the high flight (--high-over-low)"
-            if apart
-            else "Give larger scale numbers of the high flight (--high-over-low)"
-        )
-    elif apart:
-        remedy = (
-            f"Give spacings of at most {apart} m: control grows with the "
-            "models of the high flight, which cannot be larger below --max-height"
-        )
+    if apart:
+        remedy = of_closer_points(apart, is_limited=max_height is not None)
+    elif max_height is None:
+        remedy = "Give larger scale numbers of the high flight (--high-over-low)"
     else:
         remedy = "Give a greater --max-height"
     if over_area:
@@ -175,11 +167,36 @@ def too_much_control(of_points, spacing, max_height, does, *, over_area=False):
             "Give the area (--area): over it control is set for all models together, "
             f"which takes less of it. Or: {remedy}"
         )
+    found = f"control would be at least {per_cent(np.min(of_points))} of the points"
+    if over_area:
+        found = (
+            "control at the corners and in the middle of each model of the high flight "
+            f"would be at least {per_cent(np.min(of_points))} of the points"
+        )
+    return refusal_of_control(found, remedy)
+
+
+def of_closer_points(apart, *, is_limited):
+    """Say what else there is for less control than points that are closer.
+
+    ``apart``: how far they may be apart, as it is written [m]; ``is_limited``: whether
+    the high flight cannot be higher.
+    """
+    if is_limited:
+        return (
+            f"Give spacings of at most {apart} m: control grows with the "
+            "models of the high flight, which cannot be larger below --max-height"
+        )
+    return (
+        f"Give spacings of at most {apart} m, or larger scale numbers "
+        "of the high flight (--high-over-low)"
+    )
+
+
+def refusal_of_control(found, remedy) -> GeometryError:
+    """Give the refusal of plans that survey too many of their points."""
     return GeometryError(
-        "control at the corners and in the middle of each model of the high flight "
-        f"would be at least {per_cent(np.min(of_points))} of the points"
-        if over_area
-        else f"control would be at least {per_cent(np.min(of_points))} of the points",
+        found,
         expected=f"less than {per_cent(MOST_ON_THE_GROUND)}: the rest would be better "
         "surveyed on the ground as well",
         remedy=remedy,
