@@ -30,8 +30,8 @@ class Answer:
     tables: Callable
     figures: Callable
     scale_numbers: Sequence[float]  # in question, for the terrain
-    # what programs are told; the first row of the first table where left out
-    headline: dict | None = None
+    # what programs are told, a dict; the first row of the first table where left out
+    headline: Callable | None = None
     # writes further files into the folder of the answer
     files: Callable | None = None
     # gives the planned block and the frame of its search, for plan.json

@@ -54,7 +54,7 @@ def over_area(asked: Asked) -> Answer:
         lambda: _tables_of(plan),
         lambda: figures_of(plan.search, plan.checked, area=plan.checked_on),
         scales_of(plan.checked.plan),
-        headline=_headline_of(plan),
+        headline=lambda: _headline_of(plan),
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),

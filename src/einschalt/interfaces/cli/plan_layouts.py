@@ -75,7 +75,7 @@ def search(asked: Asked) -> Answer:
         lambda: {"plans": found.plans, **tables_of_layout(checked.expected)},
         lambda: figures_of(found, checked, _without_shift(checked.expected)),
         scales_of(checked.plan),
-        headline=headline_of(checked),
+        headline=lambda: headline_of(checked),
         planned=lambda: (planned_block(checked), frame),
         problem=problem_of(checked, found),
         notes=notes_of(checked.plan["n_coverages"]),
@@ -91,7 +91,7 @@ def _unchecked(found, error):
     return Answer(
         *(f"{said}\n\n{found.summary()}", lambda: tables),
         *(lambda: _figure_of(found), scales),
-        headline=_headline_without_layout(found),
+        headline=lambda: _headline_without_layout(found),
         problem=error,
         notes=notes_of(found.nearest["n_coverages"]),
     )
@@ -344,7 +344,7 @@ def layout(asked: Asked) -> Answer:
         lambda: tables_of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
         [expected.design.scale_number, expected.design.scale_of_high_flight],
-        headline={**_asked_design(expected.design), **expected_figures(expected)},
+        headline=lambda: _asked_design(expected.design) | expected_figures(expected),
         planned=lambda: (planned_block(expected), None),
         notes=notes_of(expected.design.n_coverages),
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum, used_places
 from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.joint_covariance import BundlePairs
 from einschalt.theory.adjustment.point_operator import (
@@ -64,7 +64,7 @@ class BundledRows:
         held = sparse.csr_array((is_held, rows.indices, rows.indptr), shape=shape)
         first, second = pairs.T
         if np.array_equal(first, second):
-            met = held[np.unique(first)]
+            met = held[used_places(first, held.shape[0])]
             met = met.T @ met
         else:
             met = sparse.csr_array((n_bundles, n_bundles), dtype=bool)

@@ -16,7 +16,7 @@ from operator import add, matmul
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum, used_places
 from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
@@ -213,7 +213,8 @@ class PointOperator:
     @property
     def used_sources(self):
         """Points on which any point depends, ascending, ndarray of int."""
-        return np.unique(self.axes.count(self.matrix.tocsr().indices))
+        used = self.axes.count(self.matrix.tocsr().indices)
+        return used_places(used, self.n_sources)
 
     def depends_on(self, sources):
         """Tell which points depend on any of some others."""

@@ -93,7 +93,7 @@ def _way_to(question):
 def _headline(answer):
     """What was recommended, or the first row of the first table."""
     if answer.headline is not None:
-        return answer.headline
+        return answer.headline()
     table = next(iter(answer.tables().values()))
     return {} if table.empty else table.iloc[0].to_dict()
 

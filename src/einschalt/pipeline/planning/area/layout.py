@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from einschalt.foundations.batches import used_places
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number, scale
 from einschalt.pipeline.planning.area.models_over_ground import shown
@@ -82,8 +83,11 @@ class AreaLayout:
     @property
     def n_left_out(self):
         """How many points no model holds that can be oriented."""
-        held = [np.unique(self.oriented(f).point) for f in FLIGHTS]
-        return len(self.position) - len(np.intersect1d(*held))
+        n_flights = np.zeros(len(self.position), dtype=int)
+        for flight in FLIGHTS:
+            held = used_places(self.oriented(flight).point, len(self.position))
+            n_flights[held] += 1
+        return int((n_flights < len(FLIGHTS)).sum())
 
 
 def lay_out(area, design, *, seed=0, control=None, known=None) -> AreaLayout:

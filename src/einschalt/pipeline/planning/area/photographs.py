@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.batches import segment_min_max, segment_sum
+from einschalt.foundations.batches import segment_min_max, segment_sum, used_places
 from einschalt.pipeline.planning.area.layout import FLIGHTS
 
 LETTER = {"high_flight": "H", "low_flight": "L"}
@@ -64,8 +64,9 @@ def by_image(photographs, flown, flight):
     altitude = photographs["altitude"].to_numpy()[is_of_flight]
     found = []
     for k, raster in enumerate(flown.rasters):
-        altitudes = np.full(int(np.prod(raster.images().shape)), np.nan)
-        places = np.unique(flown.image_places[flown.coverage == k])
+        n_images = int(np.prod(raster.images().shape))
+        altitudes = np.full(n_images, np.nan)
+        places = used_places(flown.image_places[flown.coverage == k], n_images)
         altitudes[places] = altitude[coverage == str(k + 1)]
         found.append(altitudes)
     return tuple(found)
