@@ -114,7 +114,7 @@ def plan() -> pd.DataFrame:
     if not plan.is_recommended:
         raise SystemExit(plan.verdict())
     tried = es.simulate_plan(found.nearest, frame=es.PlanFrame(kind="rigid"), seed=1)
-    for one in (plan, design, expected):
+    for one in (plan, design, expected, Path("plan")):
         truth = assert_type(es.simulate_plan(one, n_check=5).truth, pd.DataFrame)
         tried.write(Path("tried") / str(len(truth)))
     found.plot.costs(expected.plot.map()).set_title(found.verdict)

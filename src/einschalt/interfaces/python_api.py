@@ -569,7 +569,7 @@ def simulate_block(
 
 
 def simulate_plan(
-    plan: "FlightDesign | ExpectedPrecision | AreaPlan | pd.Series",
+    plan: "FlightDesign | ExpectedPrecision | AreaPlan | pd.Series | str | os.PathLike",
     *,
     frame: "PlanFrame | None" = None,
     seed: int = 0,
@@ -587,9 +587,10 @@ def simulate_plan(
 
     Parameters
     ----------
-    plan : FlightDesign, ExpectedPrecision, AreaPlan or Series
-        A design, what :func:`expect_precision` or :func:`plan_area` gives, or a row of
-        ``plans`` of :func:`find_plans`.
+    plan : FlightDesign, ExpectedPrecision, AreaPlan, Series, str or path
+        A design, what :func:`expect_precision` or :func:`plan_area` gives, a row of
+        ``plans`` of :func:`find_plans`, or the folder that ``einschalt plan --output``
+        wrote.
     frame : PlanFrame, optional
         That of the search, with a row of it.
     seed : int
@@ -614,7 +615,7 @@ def simulate_plan(
     Raises
     ------
     EinschaltError
-        It is no plan, or a value is not sensible.
+        It is no plan, its folder cannot be read, or a value is not sensible.
 
     Examples
     --------
@@ -626,8 +627,11 @@ def simulate_plan(
     True
     """
     # imported when a plan is tried: propagation and areas take their time
+    from einschalt.interfaces.files.plan_file import read_plan_file  # noqa: PLC0415
     from einschalt.pipeline.planning.area import simulated_plan  # noqa: PLC0415
 
+    if isinstance(plan, (str, os.PathLike)):
+        plan = read_plan_file(as_path("plan", plan))
     changes = {"measurement": measurement, "n_check": n_check}
     if transformation is not None:
         changes["transformation"] = transformation

@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import einschalt as es
+
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 UTM = "EPSG:32633"
@@ -54,6 +56,21 @@ def tried(invoke, planned):
     place = planned[1].parent / "block"
     call = ("simulate", "--plan", planned[1], "--output", place, "--seed", SEED)
     return figures_of(invoke(*call, "--json")), place
+
+
+def test_python_simulates_a_folder_as_the_command_does(planned, tried):
+    block = es.simulate_plan(planned[1], seed=SEED)
+    by_command = es.read_block(tried[1])
+    for flight in ("high_flight", "low_flight"):
+        here, there = (
+            getattr(one, flight).model_points.reset_index(drop=True)
+            for one in (block, by_command)
+        )
+        pd.testing.assert_frame_equal(here, there)
+    with pytest.raises(es.EinschaltError, match="frame beside a plan"):
+        es.simulate_plan(planned[1], frame=es.PlanFrame())
+    with pytest.raises(es.EinschaltError, match="does not exist"):
+        es.simulate_plan(planned[1] / "elsewhere")
 
 
 def test_programs_are_told_what_the_whole_area_takes(planned):

@@ -49,9 +49,9 @@ def bow():
     ("geometries", "says"),
     [
         ([bow()], "crosses or touches itself at .*'Fix geometries'"),
-        ([], "the layer is empty"),
-        ([None], "the layer is empty"),
-        ([{"type": "Polygon", "coordinates": []}], "the layer is empty"),
+        ([], "no polygon: it is empty"),
+        ([None], "no polygon: it is empty"),
+        ([{"type": "Polygon", "coordinates": []}], "no polygon: it is empty"),
         ([{"type": "Point", "coordinates": CENTRE}], "holds a geometry of type Point"),
         ([box(900_000, 900_000)], "900 km long"),
         ([box(0.1, 0.1, 13.6, 48.0)], "in kilometres or degrees"),

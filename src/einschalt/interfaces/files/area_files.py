@@ -163,7 +163,7 @@ def _polygons(shapes, source):
         raise _no_polygon(f"more than {MOST_AREAS} geometries", source)
     shapes = [one for one in shapes if one is not None and not one.is_empty]
     if not shapes:
-        raise _no_polygon("no polygon: the layer is empty", source)
+        raise _no_polygon("no polygon: it is empty", source)
     other = [one.geom_type for one in shapes if one.geom_type not in KINDS]
     if other:
         raise _no_polygon(f"a geometry of type {other[0]}", source)

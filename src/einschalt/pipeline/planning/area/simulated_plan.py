@@ -229,10 +229,12 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
     """Take what a simulation needs out of a plan.
 
     ``plan`` is an AreaPlan, a FlightDesign, an ExpectedPrecision, a CheckedPlan, or a
-    row of a search, of which ``frame`` tells the camera.
+    row of a search, of which ``frame`` tells the camera; or what it gives.
     """
     if frame is not None:
         _check_frame(plan, frame)
+    if isinstance(plan, PlannedBlock):
+        return plan
     if isinstance(plan, AreaPlan):
         given = plan.area, plan.heights, plan.frame.max_height, plan.follows
         expected = plan.checked.expected.figures.mean
@@ -248,8 +250,8 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
     if not isinstance(plan, FlightDesign):
         raise SettingsError(
             f"plan is {described(plan)}",
-            expected="a FlightDesign, what expect_precision or plan_area gives, or a "
-            "row of find_plans with its frame",
+            expected="a FlightDesign, what expect_precision or plan_area gives, the "
+            "folder of a plan, or a row of find_plans with its frame",
             remedy="Write simulate_plan(found.nearest, frame=frame)"
             if isinstance(plan, pd.Series)
             else "",
@@ -271,7 +273,8 @@ def _check_frame(plan, frame):
     """See that a frame is one, and stands beside a row, which needs it."""
     remedy = "Write frame=PlanFrame(…), that of the search"
     require_kind("frame", frame, PlanFrame, expected="a PlanFrame", remedy=remedy)
-    if isinstance(plan, AreaPlan | CheckedPlan | ExpectedPrecision | FlightDesign):
+    whole = AreaPlan, CheckedPlan, ExpectedPrecision, FlightDesign, PlannedBlock
+    if isinstance(plan, whole):
         raise SettingsError(
             f"frame beside a plan that is {described(plan)}",
             expected="a frame beside a row of find_plans only",
