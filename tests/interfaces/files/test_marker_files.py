@@ -41,6 +41,45 @@ def test_metashape_markers_are_read_and_said(tmp_path):
     )
 
 
+def test_switches_of_older_versions_are_known(tmp_path):
+    old = XML.replace('"true"', '"1"').replace('"false"', '"0"')
+    here, there = (
+        read_metashape(written(tmp_path, "m.xml", text)) for text in (XML, old)
+    )
+    pd.testing.assert_frame_equal(here.points, there.points)
+    pd.testing.assert_frame_equal(here.measurements, there.measurements)
+    assert here.notes == there.notes
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "usual", "plan", "height"),
+    [
+        ('sx="0.03" sy="0.04" sz="0.1"', 'sxy="0.02" sz="0.05"', "", 2**0.5 * 0.02, 1),
+        ('sx="0.03" sy="0.04"', 'sxy="0.02" sz="0.05"', "", 2**0.5 * 0.02, 0),
+        ('sx="0.03" sy="0.04" sz="0.1"', "", "0.01", 2**0.5 * 0.01, 1),
+        ('sx="0.03" sy="0.04" sz="0.1"', 'sxyz="0.02"', "0.01", 2**0.5 * 0.02, 1),
+        ('sx="0.03" sy="0.04" sz="0.1"', 'sxyz="0"', "", None, 0),
+        ("", "", "0.005", None, 0),  # set by the program, stated by nobody
+    ],
+)
+def test_accuracies_of_markers_are_standard_errors(
+    tmp_path, first, second, usual, plan, height
+):
+    text = XML.replace('z="411.5"', f'z="411.5" {first}')
+    text = text.replace('z="412"', f'z="412" {second}')
+    stated = f'<settings><property name="accuracy_markers" value="{usual}"/></settings>'
+    text = text.replace("<frames>", f"{stated if usual else ''}<frames>")
+    markers = read_metashape(written(tmp_path, "m.xml", text))
+    table, notes = markers.control_points(), " ".join(markers.notes)
+    if plan is None:
+        assert "standard_error_m" not in table
+        assert ("left out, since some points have no accuracy" in notes) == bool(first)
+    else:
+        np.testing.assert_allclose(table["standard_error_m"], [0.05, plan])
+        assert "its accuracies are standard errors of these points" in notes
+    assert ("standard_error_height" in table) == bool(height)
+
+
 def test_a_list_of_odm_comes_back(tmp_path):
     markers = read_metashape(written(tmp_path, "m.xml", XML))
     write_odm(tmp_path / "gcp_list.txt", markers)

@@ -6,7 +6,7 @@ image, x to the right and y down, as these programs do.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,13 @@ from einschalt.interfaces.files.input_files import (
     read_once,
     read_text_bytes,
 )
+from einschalt.interfaces.files.metashape_accuracies import (
+    ERRORS,
+    accuracy,
+    in_plan,
+    is_on,
+    with_errors,
+)
 from einschalt.interfaces.files.opensfm_images import (
     image_sizes,
     json_of,
@@ -51,7 +58,8 @@ MEASURED = ["image_id", "point_id", "x", "y"]
 class Markers:
     """Points with their coordinates, and where they were measured in images."""
 
-    points: pd.DataFrame  # point_id, x, y (x the east or longitude), z, role
+    # point_id, x, y (x the east or longitude), z, role [, standard errors]
+    points: pd.DataFrame
     measurements: pd.DataFrame  # image_id, point_id, x, y [pixels]
     crs: str | None
     notes: tuple[str, ...] = ()
@@ -76,19 +84,21 @@ def read_metashape(path, source=None) -> Markers:
     chunk = _chunk(read_once(path, source).data, source)
     images = {one.get("id"): one.get("label") for one in chunk.iter("camera")}
     markers = chunk.find("markers")
-    labels, points, notes = {}, [], []
+    labels, points, errors, notes = {}, [], [], []
+    usual = _usual_accuracy(chunk)
     for one in [] if markers is None else markers.findall("marker"):
         labels[one.get("id")] = one.get("label")
         reference = one.find("reference")
         if reference is not None and reference.get("x") is not None:
-            is_control = reference.get("enabled", "true") == "true"
+            is_control = is_on(reference.get("enabled", "true"))
+            errors.append(_errors(reference, usual))
             xyz = (_number(reference.get(axis), source) for axis in "xyz")
             role = "control" if is_control else "check"
             points.append((one.get("label"), *xyz, role))
     rows, n_predicted = [], 0
     for one in chunk.iterfind("frames/frame/markers/marker"):
         for place in one.findall("location"):
-            if place.get("pinned", "true") != "true":
+            if not is_on(place.get("pinned", "true")):
                 n_predicted += 1
                 continue
             image, name = place.get("camera_id"), one.get("marker_id")
@@ -103,7 +113,29 @@ def read_metashape(path, source=None) -> Markers:
     if n_off:
         said = kept("{n:marker|markers}", n=n_off)
         notes.append(f"{source}: {said} not enabled, taken for check points")
-    return _markers(points, rows, _crs_of_chunk(chunk, source), notes, source)
+    read = _markers(points, rows, _crs_of_chunk(chunk, source), notes, source)
+    stated = pd.DataFrame(errors, columns=list(ERRORS), dtype=float)
+    known, said = with_errors(read.points.join(stated), source)
+    return replace(read, points=known, notes=(*read.notes, *said))
+
+
+def _usual_accuracy(chunk):
+    """Accuracy of markers that have none of their own, if one of them has [m]."""
+    references = chunk.iterfind("markers/marker/reference")
+    if not any(np.isfinite(_errors(one, np.nan)).any() for one in references):
+        return np.nan  # what Metashape sets by itself is no statement
+    settings = chunk.iterfind("settings/property[@name='accuracy_markers']")
+    return accuracy(next((one.get("value") for one in settings), None))
+
+
+def _errors(reference, usual):
+    """Standard errors of a marker in plan, TOTAL, and in height [m]."""
+
+    def of(*names):
+        stated = (accuracy(reference.get(name)) for name in (*names, "sxyz"))
+        return next(filter(np.isfinite, stated), usual)
+
+    return in_plan(np.nan, of("sx", "sxy"), of("sy", "sxy")), of("sz")
 
 
 def _chunk(data, source):

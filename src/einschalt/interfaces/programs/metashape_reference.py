@@ -3,9 +3,16 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.errors import ProjectionError, name_some
+from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.metashape_accuracies import (
+    ERRORS,
+    accuracy,
+    in_plan,
+    is_on,
+    with_errors,
+)
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     cells_of,
@@ -16,8 +23,6 @@ from einschalt.interfaces.programs.foreign import (
 HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),Enable"
 SYSTEM = "# CoordinateSystem: "
 EXPECTED = "#Label,X/Easting,Y/Northing,Z/Altitude, then a line for each point"
-OFF = {"0", "false", "no"}
-ERRORS = ("standard_error_m", "standard_error_height")
 
 
 def write_reference(handed, path):
@@ -73,24 +78,9 @@ def read_reference(file) -> Foreign:
     is_geographic = crs is not None and read_source_crs(crs).is_geographic
     plane = ("longitude", "latitude") if is_geographic else ("easting", "northing")
     columns = ["point_id", *plane, "height", "role", *ERRORS]
-    table = pd.DataFrame(rows, columns=columns).dropna(axis=1, how="all")
-    table, notes = _with_errors(table, file.source)
+    table, notes = with_errors(pd.DataFrame(rows, columns=columns), file.source)
+    table = table.dropna(axis=1, how="all")
     return Foreign({"control_points": table}, crs, notes)
-
-
-def _with_errors(table, source):
-    """The table without errors that some points have not; and notes."""
-    given = [name for name in ERRORS if name in table]
-    kept = [name for name in given if table[name].notna().all()]
-    left = [name for name in given if name not in kept]
-    notes = []
-    if kept:
-        notes.append(f"{source}: its accuracies are standard errors of these points")
-    if left:
-        notes.append(
-            f"{source}: {name_some(left)} left out, since some points have no accuracy"
-        )
-    return table.drop(columns=left), tuple(notes)
 
 
 def _system(text):
@@ -136,15 +126,7 @@ def _row(line, places, source):
     if not (cell("label") and is_place):
         raise damaged(source, f"{line.text[:60]!r} is no point", EXPECTED, line.row)
     height = float(z) if z else np.nan
-    role = "check" if cell("is_on").casefold() in OFF else "control"
-    both = _accuracy(cell("error_x/y"))  # of one coordinate
-    apart = (_accuracy(cell("error_x")), _accuracy(cell("error_y")))
-    plan = np.sqrt(2.0) * both if np.isfinite(both) else np.hypot(*apart)
-    upright = _accuracy(cell("error_z"))
+    role = "control" if is_on(cell("is_on")) else "check"
+    plan = in_plan(*(accuracy(cell(f"error_{axis}")) for axis in ("x/y", "x", "y")))
+    upright = accuracy(cell("error_z"))
     return cell("label"), float(x), float(y), height, role, plan, upright
-
-
-def _accuracy(text):
-    """Accuracy in metres; NaN where there is none, which may be written as 0."""
-    is_stated = is_finite(text) and float(text) > 0.0
-    return float(text) if is_stated else np.nan
