@@ -362,7 +362,7 @@ WRONG = (
     f"orient --terrain ground.csv --principal-distance 152 --altitude 2000 {OUT}",
     f"orient --terrain terrain.csv --principal-distance 152 --altitude 300 {OUT}",
     f"orient --terrain terrain.csv --principal-distance 1520 --altitude 3000 {OUT}",
-    "completion powershell",
+    "completion tcsh",
     "densfy block",
     "densify block --outptu out",
     "plan --spacing",

@@ -361,30 +361,50 @@ def test_an_unknown_unit_is_refused(invoke):
     assert said in " ".join(shown.stderr.split())
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 def test_a_shell_gets_a_script_that_asks_the_program(shell, invoke):
     script = invoke("completion", shell).stdout
-    assert f"_EINSCHALT_COMPLETE=complete_{shell}" in script
-    assert "complete_" in script
+    told = re.sub(r'[ "]', "", script)  # PowerShell sets it in quotes
+    assert f"_EINSCHALT_COMPLETE=complete_{shell}" in told
     assert "einschalt" in script
 
 
+@pytest.mark.parametrize("shell", ["fish", "powershell"])
+def test_each_word_has_a_line_of_its_own(shell):
+    asked = {
+        "_EINSCHALT_COMPLETE": f"complete_{shell}",
+        "_TYPER_COMPLETE_ARGS": "einschalt densify --",
+        "_TYPER_COMPLETE_WORD_TO_COMPLETE": "--",
+        "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+        "COLUMNS": "40",
+    }
+    lines = answer_to(asked).splitlines()
+    assert len(lines) > 20
+    assert all(line.startswith("--") for line in lines)
+
+
 def completed(line):
-    code = "from einschalt.interfaces.cli.main import run; run()"
     words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
+    return answer_to(words | {"_EINSCHALT_COMPLETE": "complete_bash"}).split()
+
+
+def answer_to(asked):
+    """What the program answers a shell that asks by these variables."""
+    code = "from einschalt.interfaces.cli.main import run; run()"
     done = subprocess.run(
         [sys.executable, "-c", "import sys; sys.argv = ['einschalt']\n" + code],
-        env={**os.environ, **words} | {"_EINSCHALT_COMPLETE": "complete_bash"},
+        env={**os.environ, **asked},
         capture_output=True,
         text=True,
         check=False,
     )
-    return done.stdout.split()
+    return done.stdout
 
 
 def test_commands_and_options_are_completed():
     assert completed("einschalt de") == ["demo", "densify"]
     assert completed("einschalt densify --coverage") == ["--coverage-mean"]
+    assert completed("einschalt densify --method s") == ["simultaneous"]
 
 
 def test_terms_are_found_in_both_languages(invoke):

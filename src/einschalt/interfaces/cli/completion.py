@@ -10,6 +10,7 @@ EXAMPLES = (
     "einschalt completion bash >> ~/.bashrc",
     "einschalt completion zsh > ~/.zfunc/_einschalt",
     "einschalt completion fish > ~/.config/fish/completions/einschalt.fish",
+    "einschalt completion powershell | Out-String | Invoke-Expression",
 )
 
 
@@ -17,8 +18,8 @@ EXAMPLES = (
 @done_in_work
 def completion(
     shell: Annotated[
-        Literal["bash", "zsh", "fish"],
-        typer.Argument(metavar="SHELL", help="bash, zsh or fish."),
+        Literal["bash", "zsh", "fish", "powershell"],
+        typer.Argument(metavar="SHELL", help="bash, zsh, fish or powershell."),
     ],
 ):
     """Print a shell script that completes commands and options.

@@ -61,6 +61,7 @@ MOST_OF_A_LINE = 74  # of 80, which help indents, and the sign that a line goes 
 OPTION_AND_VALUE = re.compile(r"(?<=\s)(-\S+) (?!-)(\S+)")
 STUCK = "\u00a0"  # in place of a blank at which no line is broken
 HELP = {"--help", "-h", "--version"}
+WIDER_THAN_HELP = 10_000
 HOW = {
     "add_completion": False,
     # plain help: the same on a terminal, in a pipe, and in a log
@@ -205,6 +206,8 @@ def run():
     if COMPLETION in os.environ:  # a shell asks, by the script of completion
         from typer.completion import completion_init  # noqa: PLC0415
 
+        # shells read a line for each word: help that is broken would be more words
+        os.environ["COLUMNS"] = str(WIDER_THAN_HELP)
         completion_init()
     open_closed_streams()
     # what PROJ_AUX_DB has to do with it is said where a system is unknown

@@ -55,8 +55,9 @@ def _options(show_default, names):
 def _kind(name, field):
     """Type of an option, and how typer is to read it."""
     if name in FORMER_WORDS:
-        words = "|".join(words_of(name))
-        return str, {"parser": _present_word(name), "metavar": f"<{words}>"}
+        words = words_of(name)
+        shown = {"metavar": f"<{'|'.join(words)}>", "autocompletion": lambda: words}
+        return str, {"parser": _present_word(name), **shown}
     if words_of(name):
         return field.annotation, {}
     if name == "grids":  # block.toml means its own folder, the command line this one
