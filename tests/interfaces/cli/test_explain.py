@@ -11,11 +11,13 @@ import pytest
 
 from einschalt.foundations.language import catalogue, written_in
 from einschalt.foundations.result_figure_meanings import OF_BLOCKS, OF_DENSIFY
+from einschalt.foundations.result_files.meanings import names_with_values
 from einschalt.foundations.term_meanings import MEANINGS as TERMS
 from einschalt.interfaces.cli.explained_findings import (
     GRAVITIES,
     SUBJECTS,
     explained_finding,
+    known_remedies,
 )
 from einschalt.interfaces.cli.finding_meanings import CAUSES, MEANINGS
 from einschalt.interfaces.cli.finding_tests import (
@@ -236,3 +238,54 @@ def test_german_of_figures_of_results_is_whole():
     known = catalogue("de")._catalog
     for named in (OF_DENSIFY, OF_BLOCKS):
         assert not [text for _, text in named.values() if text not in known]
+
+
+def test_names_in_files_of_results_are_explained(invoke):
+    """94 of 168 names in both files of the demo block were no words."""
+    # one of four: that each has a meaning, tests of the assessment show
+    for name, words in list(names_with_values().items())[::4]:
+        shown = invoke("explain", name)
+        assert shown.exit_code == 0, name
+        assert re.search(
+            r"^  (assessment|provenance)\.json", shown.stdout, re.MULTILINE
+        )
+        assert not [word for word in words if f"\n    {word}: " not in shown.stdout]
+
+
+def test_a_name_in_a_file_is_told_at_each_place_with_its_words(invoke):
+    shown = invoke("explain", "reason").stdout
+    # beside the columns of that name
+    assert "  failures (result): why it was not used" in shown
+    assert "  assessment.json, choice, better: why this method was selected\n" in shown
+    assert "\n    only_way: the other method is not possible\n" in shown
+    figures = json.loads(invoke("explain", "reason", "--json").stdout)["figures"]
+    (figure,) = figures["figure"]
+    by_place = {one["place"]: one for one in figure["places"]}
+    assert by_place["assessment.json, better"]["values"]["only_way"] == (
+        "the other method is not possible"
+    )
+    assert len(by_place) == 8
+    assert "values" not in by_place["assessment.json, findings[].facts.reasons[]"]
+    german = invoke("--language", "de", "explain", "reason").stdout
+    assert "    only_way: das andere Verfahren ist nicht möglich\n" in german
+
+
+def test_words_in_files_of_results_are_explained(invoke):
+    shown = invoke("explain", "only_way").stdout
+    place = "assessment.json, choice.reason, better.reason = only_way"
+    assert f"  {place}: the other method is not possible\n" in shown
+    for code, text in known_remedies().items():
+        place = f"assessment.json, findings[].remedy = {code}"
+        assert f"  {place}: {text}\n" in invoke("explain", code).stdout
+
+
+def test_names_in_files_are_listed_and_found_when_misspelt(invoke):
+    shown = invoke("explain", "all").stdout
+    listed = shown.partition("Names in assessment.json and provenance.json\n")[2]
+    assert "\n  normalized_square\n" in listed.partition("\n\n")[0]
+    assert "\n  measure_again\n" in listed.partition("Remedies\n")[2]
+    figures = json.loads(invoke("explain", "all", "--json").stdout)["figures"]
+    assert figures["result_files"] == sorted(names_with_values())
+    assert figures["remedies"] == sorted(known_remedies())
+    said = invoke("explain", "normalised_square").stderr
+    assert "Write 'normalized_square'" in said

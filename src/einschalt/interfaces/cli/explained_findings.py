@@ -60,9 +60,14 @@ def facts_of_finding(code):
     }
 
 
+def known_remedies():
+    """Sentence of each remedy by its code, without the empty one."""
+    return {code: text for code, text in (REMEDIES | FURTHER_REMEDIES).items() if code}
+
+
 def _remedies(code):
     """Remedies of a finding, without those with which a longer one begins."""
-    known = REMEDIES | FURTHER_REMEDIES
+    known = known_remedies()
     texts = list(dict.fromkeys(known[one] for one in REMEDIES_OF[code]))
     return [
         text

@@ -13,8 +13,18 @@ from einschalt.foundations.result_figure_meanings import (
     meanings_of_result,
     names_of_results,
 )
+from einschalt.foundations.result_files.meanings import (
+    ASSESSMENT,
+    MeaningInFile,
+    meanings_in_files,
+    names_with_values,
+    words_of_files,
+)
 from einschalt.interfaces.cli.exits import print_out
-from einschalt.interfaces.cli.explained_findings import facts_of_finding
+from einschalt.interfaces.cli.explained_findings import (
+    facts_of_finding,
+    known_remedies,
+)
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.setting_meanings import (
     explained_settings,
@@ -34,7 +44,8 @@ from einschalt.pipeline.summary.suggestions.catalogue import WORDS
 
 TITLES = (
     *(mark("Findings"), mark("Settings"), mark("Terms"), mark("Figures of plans")),
-    mark("Figures of results"),
+    *(mark("Figures of results"), mark("Names in assessment.json and provenance.json")),
+    mark("Remedies"),
 )
 # of a word that is written wrongly: one letter of six or seven
 ALIKE = 0.85
@@ -72,10 +83,16 @@ def _print_all():
         "terms": [one.title for one in entries()],
         "figures": sorted(names_of_figures()),
         "result_figures": sorted(names_of_results()),
+        "result_files": names_with_values(),
+        "remedies": sorted(known_remedies()),
     }
     columns = explanation_of(ALL)
     report(**{name: list(words) for name, words in lists.items()}, columns=columns)
     lists["settings"] = settings_with_values()
+    lists["result_files"] = [
+        f"{name}: {'; '.join(words)}" if words else name
+        for name, words in lists["result_files"].items()
+    ]
     titles = map(translated, TITLES)
     for title, names in zip(titles, lists.values(), strict=True):
         print_out("\n".join([title, *(f"  {one}" for one in names), ""]))
@@ -100,15 +117,30 @@ def _column(name):
 
 
 def _figure(name):
-    """Explain a name of the JSON of a plan or a result, or of a plan's GeoPackage."""
+    """Explain a name of JSON, of a plan's GeoPackage, or of a file of results."""
     found = [*meanings_of_name(name), *meanings_of_result(name)]
     lines = [in_place(one.place, one.text, one.unit) for one in found]
-    places = [
-        {"place": one.place, "meaning": translated(one.text), "unit": one.unit or None}
-        for one in found
-    ]
+    places = [_place(one.place, one.text, one.unit) for one in found]
+    for one in _in_files(name):
+        lines.append(in_place(one.where, one.text, one.unit))
+        values = {value: translated(text) for value, text in one.values.items()}
+        lines += [f"    {value}: {text}" for value, text in values.items()]
+        known = {"values": values} if values else {}
+        places += [_place(at, one.text, one.unit) | known for at in one.each_where]
     text = "\n".join([name, *lines])
-    return [{"name": name, "places": places, "text": text}] if found else []
+    return [{"name": name, "places": places, "text": text}] if lines else []
+
+
+def _in_files(name):
+    """What a name, a word or the code of a remedy means in files of results."""
+    yield from meanings_in_files(name)
+    if name and name in known_remedies():
+        text = known_remedies()[name]
+        yield MeaningInFile(ASSESSMENT, ("findings[].remedy",), "", text, value=name)
+
+
+def _place(place, text, unit):
+    return {"place": place, "meaning": translated(text), "unit": unit or None}
 
 
 def _nearest(term):
@@ -120,6 +152,8 @@ def _nearest(term):
         *names_of_results(),
         *names_of_settings(),
         *names_of_values(),
+        *words_of_files(),
+        *known_remedies(),
         *(word for one in entries() for word in one.words),
         *(one.title for one in entries()),
     )

@@ -1,0 +1,1 @@
+"""What every name in assessment.json and provenance.json means."""

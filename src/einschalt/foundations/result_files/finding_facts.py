@@ -1,0 +1,365 @@
+"""assessment.json: facts of findings; which of them one has depends on its code."""
+
+from einschalt.foundations.result_files.part import Part
+
+FACTS = Part(
+    places=("findings[].facts",),
+    names={
+        "n_points": (
+            "",
+            (
+                "number of points that the finding is about, or that were compared; "
+                "of measurements_given_twice those with equal coordinates"
+            ),
+        ),
+        "n_models": (
+            "",
+            (
+                "number of models that the finding is about; of failed_models all "
+                "that were measured; of drift findings all usable ones"
+            ),
+        ),
+        "n_control": (
+            "",
+            (
+                "number of control points that were examined; of displaced_region "
+                "those in the region"
+            ),
+        ),
+        "n_observations": ("", "number of measurements that the finding is about"),
+        "observations": (
+            "",
+            ("the worst measurements, each as [flight, coverage, model_id, point_id]"),
+        ),
+        "models": (
+            "",
+            (
+                "the worst models, each as [flight, model_id]; of imprecise_points "
+                "their model_id alone"
+            ),
+        ),
+        "image_points": (
+            "",
+            ("the worst image points, each as [flight, model_id, point_id]"),
+        ),
+        "flights": ("", ("one object for each flight that the finding is about")),
+        "flight": (
+            "",
+            (
+                "flight that is worst; of other_targets the one that measured "
+                "another target, empty if nothing tells which"
+            ),
+        ),
+        "largest": (
+            "m",
+            (
+                "largest of the residuals, differences, distances, standard errors "
+                "or moves that the finding is about; TOTAL in plan, with the height "
+                "if it has one"
+            ),
+        ),
+        "median": ("m", "median of all points, TOTAL"),
+        "rms": ("m", "differences at the known points, TOTAL, RMS"),
+        "claimed": (
+            "m",
+            (
+                "expected RMS of these differences by the stated precision, TOTAL; "
+                "of strained_network the TOTAL of the new points"
+            ),
+        ),
+        "claimed_with_strain": (
+            "m",
+            (
+                "TOTAL of the new points with the strain added; null if their "
+                "figure is not known"
+            ),
+        ),
+        "ratio": (
+            "",
+            (
+                "observed over expected size: differences at known points, m_0 of "
+                "the high flight, or coordinates of a model"
+            ),
+        ),
+        "ratio_to_claimed": (
+            "",
+            ("displacement by the block's own pull over the stated precision"),
+        ),
+        "n_far": (
+            "",
+            (
+                "number of points that contradict the stated precision each by "
+                "itself, while the others do not; otherwise 0"
+            ),
+        ),
+        "n_others": ("", "number of the other check points"),
+        "rms_of_others": (
+            "m",
+            (
+                "RMS of the other points alone, of all if n_far is 0, TOTAL; null "
+                "if there are none"
+            ),
+        ),
+        "miss": (
+            "m",
+            ("how far the worst control point lies from its given coordinates"),
+        ),
+        "away": (
+            "m",
+            (
+                "how far the new point under the other name lies from these given "
+                "coordinates"
+            ),
+        ),
+        "role": ("", ("role of the points whose mean difference is not zero")),
+        "easting": (
+            "m",
+            ("component to the east of the shift, step or mean difference"),
+        ),
+        "northing": (
+            "m",
+            ("component to the north of the shift, step or mean difference"),
+        ),
+        "size": (
+            "m",
+            (
+                "length of the shift or of the pattern in control; of "
+                "strained_network the RMS, TOTAL; without unit for "
+                "heights_out_of_scale"
+            ),
+        ),
+        "moved": (
+            "m",
+            (
+                "how far the new points are moved by it, RMS, TOTAL in plan or "
+                "height; of drift findings the sum over all passes"
+            ),
+        ),
+        "kind": ("", "kind of the pattern"),
+        "per_cent": (
+            "%",
+            (
+                "of heights_out_of_scale the error of the height scale, of "
+                "stretched_models the stretch; without meaning for other codes"
+            ),
+        ),
+        "largest_per_cent": ("%", "largest stretch that film can have"),
+        "reach": ("m", ("distance over which the displacements keep their direction")),
+        "displacements": (
+            "",
+            (
+                "the largest displacements, each as [point_id, easting, northing], "
+                "in metres"
+            ),
+        ),
+        "points": (
+            "",
+            ("points of the region, those nearest to its middle first, at most 100"),
+        ),
+        "n_given": ("", "number of all given approximate points"),
+        "standard_error": ("m", "standard error of each coordinate of the shift"),
+        "middle_easting": ("m", "easting of the middle of the region"),
+        "middle_northing": ("m", "northing of the middle of the region"),
+        "extent": ("m", ("largest extent of the region along easting or northing")),
+        "control": ("", "control points in the region, at most 100"),
+        "control_is_alike": (
+            "",
+            ("whether the control points in the region are displaced as well"),
+        ),
+        "further_regions": (
+            "",
+            ("the other displaced regions, each with the same names"),
+        ),
+        "rejected": (
+            "",
+            ("tests that contradict the stated precision, one object for each"),
+        ),
+        "tests": (
+            "",
+            ("tests whose value is smaller than predicted, one object for each"),
+        ),
+        "believed": ("m", "standard error of the heights to use, RMS"),
+        "bend": ("m", "height error of flat models on curved ground"),
+        "stated": ("m", "stated standard error of the heights"),
+        "propagated": (
+            "m",
+            (
+                "propagated TOTAL of the new points, RMS; null if errors were not "
+                "propagated"
+            ),
+        ),
+        "paper": ("m", "TOTAL of the new points by Kovarik's M, RMS"),
+        "internal": (
+            "m",
+            ("TOTAL of the new points, from the differences of the coverages, RMS"),
+        ),
+        "propagated_once": (
+            "m",
+            (
+                "propagated TOTAL of the new points after the first pass, RMS; null "
+                "if errors were not propagated"
+            ),
+        ),
+        "propagated_now": (
+            "m",
+            (
+                "propagated TOTAL of the new points after the last pass, RMS; null "
+                "if errors were not propagated"
+            ),
+        ),
+        "n_models_held": ("", ("number of models that contain a held control point")),
+        "m_0": ("m", ("m_0 of all models of the high flight together, TOTAL")),
+        "explained": ("m", "m_0 that the given errors explain, TOTAL"),
+        "m_0_corrected": (
+            "m",
+            ("m_0 of the flight with the correction by y-parallaxes, TOTAL"),
+        ),
+        "m_0_uncorrected": (
+            "m",
+            ("m_0 of the flight without the correction by y-parallaxes, TOTAL"),
+        ),
+        "largest_m_0": ("m", "largest m_0 of a model, TOTAL"),
+        "times_usual": (
+            "",
+            (
+                "limit: multiple of the usual value beyond which a point or model "
+                "is reported"
+            ),
+        ),
+        "largest_sigma_0": (
+            "m",
+            ("largest sigma_0 of a relative orientation, in the image"),
+        ),
+        "critical": (
+            "",
+            (
+                "models on a dangerous surface: their points do not determine the "
+                "orientation"
+            ),
+        ),
+        "weak": (
+            "",
+            (
+                "models near a dangerous surface: their points hardly determine the "
+                "orientation"
+            ),
+        ),
+        "inflation": (
+            "",
+            (
+                "largest standard error of omega over that on flat terrain; null if "
+                "it is infinite"
+            ),
+        ),
+        "s_0": (
+            "",
+            ("standard error of unit weight; 1 if the errors are as large as given"),
+        ),
+        "redundancy": ("", "redundancy of the adjustment"),
+        "worst": ("", "point with the largest displacement"),
+        "belief": ("", "which method is better founded, and why"),
+        "check_rms_simultaneous": (
+            "m",
+            (
+                "differences at the check points in the simultaneous adjustment, "
+                "TOTAL, RMS; null if there are too few"
+            ),
+        ),
+        "check_rms_two_steps": (
+            "m",
+            (
+                "differences at the check points in the two steps, TOTAL, RMS; null "
+                "if there are too few"
+            ),
+        ),
+        "n_undecided": (
+            "",
+            (
+                "number of points whose measurements contradict each other, so that "
+                "all are reported"
+            ),
+        ),
+        "undecided": ("", "names of these points, at most 100"),
+        "are_alike": (
+            "",
+            (
+                "whether the control points that were set aside are wrong in the "
+                "same way, so that the others may be wrong instead"
+            ),
+        ),
+        "n_exchanges": ("", "number of pairs of exchanged names"),
+        "exchanges": ("", ("pairs of exchanged names, the worst first, at most 100")),
+        "takes_part": (
+            "",
+            ("whether one of the exchanged pairs takes part in the computation"),
+        ),
+        "explains": ("", "codes of the findings that this one explains"),
+        "targets": (
+            "",
+            (
+                "the points, one object for each, those farthest apart first, at "
+                "most 100"
+            ),
+        ),
+        "n_pairs": ("", ("number of pairs of models or photographs that are copies")),
+        "pairs": (
+            "",
+            (
+                "these pairs, each as two lists [flight, coverage, model or image], "
+                "at most 10"
+            ),
+        ),
+        "enlargement": (
+            "",
+            ("factor by which the errors of means are larger because of the copies"),
+        ),
+        "n_failed": ("", "number of models that could not be computed"),
+        "n_reasons": ("", "number of different reasons"),
+        "reasons": (
+            "",
+            ("models by flight and reason, the most frequent first, at most 20"),
+        ),
+        "n_mirrored": ("", "number of mirrored models"),
+        "n_affine": ("", "number of models with an affine transformation"),
+        "diameter": ("m", "diameter of the median model on the ground"),
+        "scale_number": ("", "scale number of that flight, as given"),
+        "on_film_mm": ("mm", "diameter of the median model in its photograph"),
+        "largest_mm": ("mm", "largest diagonal of a photograph"),
+        "found": ("", ("scale number from image coordinates and ground coordinates")),
+        "n_in_one_model": ("", "how many of the points lie in one model only"),
+        "widest_um": (
+            "µm",
+            ("largest standard deviation of a pointing among these points"),
+        ),
+        "note": (
+            "",
+            ("what was ignored, filled in or reprojected while reading, in English"),
+        ),
+    },
+    values={
+        "role": {
+            "check": "check points",
+            "control": "control points",
+        },
+        "kind": {
+            "point": "one point by itself",
+            "step": "all points on one side of a line",
+            "bend": "a quadratic strain",
+            "scale": "heights of models against those of control",
+        },
+        "belief": {
+            "check_points_simultaneous": (
+                "check points agree better with the simultaneous adjustment"
+            ),
+            "check_points_two_steps": "check points agree better with the two steps",
+            "deformation_left": "a deformation was found and is not modelled",
+            "models_differ": "each model is deformed in its own way",
+            "deformation_modelled": "a deformation is modelled, and none is left",
+            "own_deformations_modelled": "the deformation of each model is modelled",
+            "untested": "there is too little redundancy to test for deformation",
+            "no_deformation": "no deformation was found",
+        },
+    },
+)
+
+PARTS = (FACTS,)

@@ -1,0 +1,250 @@
+"""assessment.json: findings, and objects in the facts of each."""
+
+from einschalt.foundations.result_files.part import FLIGHT, Part
+
+FINDING = Part(
+    places=("findings[]",),
+    names={
+        "code": ("", "name of the finding, for einschalt explain CODE"),
+        "subject": ("", "what the finding is about"),
+        "gravity": ("", "how serious the finding is, as a number"),
+        "names": (
+            "",
+            (
+                "the models, points, flights or images that it is about, the worst "
+                "first, at most 100"
+            ),
+        ),
+        "statistic": ("", ("what was compared, in English; empty if nothing was")),
+        "observed": (
+            "",
+            (
+                "value of the statistic in SI units (lengths in metres, also in the "
+                "image); null if there is none"
+            ),
+        ),
+        "expected": (
+            "",
+            (
+                "expected value of the statistic, in the same unit; null if there "
+                "is none"
+            ),
+        ),
+        "probability": (
+            "",
+            (
+                "p-value: probability of a statistic this far from the expected one "
+                "by chance; null if none was computed"
+            ),
+        ),
+        "untested": ("", ("why something could not be tested; empty if it was tested")),
+        "remedy": (
+            "",
+            (
+                "code of the remedy, for einschalt explain CODE; empty if there is "
+                "nothing to do, or the summary words one for each case"
+            ),
+        ),
+        "facts": (
+            "",
+            (
+                "numbers and names that belong to the finding; which ones depends "
+                "on the code"
+            ),
+        ),
+        "explained_by": (
+            "",
+            ("code of the finding that explains this one; empty if none does"),
+        ),
+    },
+    values={
+        "subject": {
+            "block": "the whole block",
+            "flight": "one or both flights",
+            "model": "single models",
+            "point": "single points",
+            "control point": "single control points, or all of them",
+            "measurement": "single measurements",
+        },
+        "gravity": {
+            "0": "note: nothing is wrong with the result",
+            "1": "warning: part of the result is weak, or not checked",
+            "2": (
+                "grave: the stated precision is not supported, or coordinates are wrong"
+            ),
+        },
+        "untested": {
+            "no_check_points": "the block has no check points",
+            "control_without_standard_errors": (
+                "the control points have no standard errors"
+            ),
+        },
+    },
+)
+
+FACT_MODELS = Part(
+    places=("findings[].facts.critical", "findings[].facts.weak"),
+    names={
+        "n_models": ("", "number of models"),
+        "models": ("", ("these models, each as [flight, model_id], at most 100")),
+    },
+)
+
+FACT_FLIGHTS = Part(
+    places=("findings[].facts.flights[]",),
+    names={
+        "flight": FLIGHT,
+        "given_um": ("µm", "m_g as given, TOTAL"),
+        "estimated_um": ("µm", "m_g as the measurements show it, TOTAL"),
+        "standard_error_um": ("µm", "standard error of estimated_um"),
+        "far_out": (
+            "",
+            (
+                "share of the image points beyond three standard errors of the good "
+                "ones; 0.0027 is expected"
+            ),
+        ),
+        "good_sigma_0": (
+            "m",
+            ("standard error of the good image coordinates, in the image"),
+        ),
+        "share": ("", "share of the image points that are worse"),
+        "times_as_large": ("", "how many times as large their errors are"),
+        "stretch": ("", "affinity: relative excess of x over y"),
+        "stretch_error": ("", "standard error of stretch"),
+        "shear": (
+            "rad",
+            (
+                "affinity: by how much the angle between x and y is smaller than a "
+                "right angle"
+            ),
+        ),
+        "shear_error": ("rad", "standard error of shear"),
+        "bias": ("m", ("error in a model that the affinity causes, TOTAL, RMS")),
+    },
+)
+
+FACT_TESTS = Part(
+    places=("findings[].facts.rejected[]", "findings[].facts.tests[]"),
+    names={
+        "quantity": ("", ("quantity that was tested, by the names of claim.tests[]")),
+        "kind": ("", "kind of the quantity; absent for heights"),
+        "n_points": ("", "number of points"),
+        "observed": (
+            "m",
+            (
+                "observed value: RMS, TOTAL in plan; without unit for correlation "
+                "and region"
+            ),
+        ),
+        "predicted": (
+            "m",
+            ("value that the stated precision predicts, in the same unit"),
+        ),
+        "p_value": (
+            "",
+            (
+                "probability of a value this large if the stated precision is "
+                "correct; absent for heights"
+            ),
+        ),
+    },
+    values={
+        "kind": {
+            "correlation": "correlation of neighbouring residuals, without unit",
+            "region": "shift of a region over its standard error, without unit",
+            "residuals": "RMS of the residuals of the low flight",
+            "rms": "RMS of the other differences",
+        },
+    },
+)
+
+FACT_EXCHANGES = Part(
+    places=("findings[].facts.exchanges[]",),
+    names={
+        "flight": FLIGHT,
+        "coverage": ("", ("coverage of the model in which the names are exchanged")),
+        "model_id": ("", "model in which the names are exchanged"),
+        "points": ("", "the two names"),
+        "apart": ("m", ("distance of the two points; null if one has no coordinates")),
+        "m_0": ("m", "m_0 of the model as measured, TOTAL"),
+        "m_0_exchanged": ("m", "m_0 of the model with the names put right, TOTAL"),
+        "is_everywhere": (
+            "",
+            (
+                "whether several models of the flight contain both points, and all "
+                "of them have them exchanged"
+            ),
+        ),
+        "images": (
+            "",
+            ("photograph in which the names are exchanged; two if nothing tells which"),
+        ),
+        "models": (
+            "",
+            (
+                "models with a point of the pair in such a photograph, each as "
+                "[coverage, model_id]"
+            ),
+        ),
+        "sigma_0": (
+            "m",
+            (
+                "sigma_0 of the model that it spoils most, as measured, in the "
+                "image; null if it could not be oriented"
+            ),
+        ),
+        "sigma_0_exchanged": (
+            "m",
+            ("sigma_0 of that model with the names put right, in the image"),
+        ),
+        "takes_part": (
+            "",
+            (
+                "whether these points take part in the computation; false if data "
+                "snooping has removed them"
+            ),
+        ),
+    },
+)
+
+FACT_TARGETS = Part(
+    places=("findings[].facts.targets[]",),
+    names={
+        "point_id": ("", "name of the point"),
+        "distance": ("m", "distance between both targets"),
+        "n_models": ("", "number of models of the low flight that show it"),
+        "flight": (
+            "",
+            ("flight that measured another target; empty if nothing tells which"),
+        ),
+        "p_value": (
+            "",
+            ("p-value of the clearest model, among all residuals (Bonferroni)"),
+        ),
+    },
+)
+
+FACT_REASONS = Part(
+    places=("findings[].facts.reasons[]",),
+    names={
+        "flight": FLIGHT,
+        "reason": ("", "why the models failed, in English"),
+        "remedy": (
+            "",
+            ("what to do about it, in English; empty if there is nothing to do"),
+        ),
+        "n_models": ("", "number of models"),
+        "models": ("", "their model_id, at most 10"),
+    },
+)
+
+PARTS = (
+    FINDING,
+    FACT_MODELS,
+    FACT_FLIGHTS,
+    FACT_TESTS,
+    FACT_EXCHANGES,
+    FACT_TARGETS,
+    FACT_REASONS,
+)
