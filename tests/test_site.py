@@ -16,6 +16,7 @@ from matplotlib import pyplot as plt
 from typer.testing import CliRunner
 
 import einschalt as es
+from einschalt.foundations.result_files.meanings import PARTS
 from einschalt.interfaces.cli.main import COMMANDS, app
 
 ROOT = Path(__file__).parents[1]
@@ -109,6 +110,20 @@ def test_the_page_of_commands_is_the_same_whoever_builds_it(monkeypatch):
     assert english.count("**Options**") == len(COMMANDS)
     monkeypatch.setenv("LC_ALL", "de_DE.UTF-8")
     assert page.command_page() == english
+
+
+def test_the_page_of_names_in_files_has_all_of_them():
+    page = extension("generated_reference").result_files_page()
+    for file, parts in PARTS.items():
+        of_file = page.partition(f"\n## {file}\n")[2].partition("\n## ")[0]
+        for part in parts:
+            first = f"`{part.places[0]}`" if part.places[0] else "Top of the file"
+            table = of_file.partition(f"### {first}\n")[2].partition("\n### ")[0]
+            assert not [one for one in part.places[1:] if f"`{one}`" not in table]
+            assert not [name for name in part.names if f"\n| `{name}` |" not in table]
+            for values in part.values.values():
+                assert not [one for one in values if f"\n`{one}`\n: " not in table]
+    assert page.count("\n`measure_again`\n: ") == 1
 
 
 def test_no_link_of_the_site_is_named_after_a_file():

@@ -1,7 +1,8 @@
 """Pages of the reference that the program writes itself, when the site is built.
 
 Commands from their own help, settings from the model that checks them, findings and
-remedies from the catalogue of the summary, terms from what ``explain`` says of them.
+remedies from the catalogue of the summary, terms and names in files from what
+``explain`` says of them.
 """
 
 import re
@@ -9,7 +10,11 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.foundations.result_files.meanings import PARTS
+from einschalt.interfaces.cli.explained_findings import (
+    explained_finding,
+    known_remedies,
+)
 from einschalt.interfaces.cli.main import COMMANDS, app
 from einschalt.interfaces.files.glossary import entries
 from einschalt.pipeline.assessment.findings.kinds import KINDS
@@ -39,6 +44,22 @@ TERMS_TITLE = """# What the terms mean
 
 Each in a sentence; `einschalt explain TERM` prints the same, by the English or the
 German word. Symbols, units and names in the code: the [glossary](../../glossary.md).
+"""
+
+RESULT_FILES_TITLE = """# assessment.json and provenance.json
+
+Every name in both files, by the place at which it stands; `einschalt explain NAME`
+prints the same of a name, or of a word that may stand there. A place is a path of names
+from the top of the file: `[]` is any object of a list, `*` a name that the block gives.
+
+Lengths are in metres unless a unit is given or part of the name. A TOTAL error is the
+root of the sum of both variances in plan. A number that is not known is `null`.
+`densify` and `batch` write both files for each block; other folders of results have
+provenance.json alone.
+"""
+REMEDIES_TITLE = """### Words of `findings[].remedy`
+
+`einschalt explain CODE` of a finding lists those that it may have.
 """
 
 # signs that Markdown would take for its own
@@ -170,11 +191,48 @@ def terms_page():
     return "\n".join(parts)
 
 
+def result_files_page():
+    """Names of assessment.json and provenance.json, a table for each place."""
+    parts = [RESULT_FILES_TITLE]
+    for file, objects in PARTS.items():
+        parts.append(f"## {file}\n")
+        for one in objects:
+            parts += [*_object(one), *_words(one)]
+            if "findings[]" in one.places:
+                parts.append(REMEDIES_TITLE)
+                parts += _defined(known_remedies())
+    return "\n".join(parts) + "\n"
+
+
+def _object(part):
+    """Names of an object, as a table below its place."""
+    first, *others = part.places
+    yield f"### `{first}`\n" if first else "### Top of the file\n"
+    if others:
+        yield f"Also {', '.join(f'`{place}`' for place in others)}.\n"
+    yield "| name | unit | meaning |\n|---|---|---|"
+    for name, (unit, text) in part.names.items():
+        yield f"| `{name}` | {plain(unit)} | {plain(text)} |"
+    yield ""
+
+
+def _words(part):
+    """Words that may stand at each name of an object."""
+    for name, values in part.values.items():
+        yield f"Words of `{name}`:\n"
+        yield from _defined(values)
+
+
+def _defined(words):
+    return [f"`{word}`\n: {plain(text)}\n" for word, text in words.items()]
+
+
 PAGES = {
     "commands": command_page,
     "settings": settings_page,
     "findings": findings_page,
     "terms": terms_page,
+    "result_files": result_files_page,
 }
 
 
