@@ -140,7 +140,7 @@ FACTS = Part(
             "%",
             (
                 "of heights_out_of_scale the error of the height scale, of "
-                "stretched_models the stretch; without meaning for other codes"
+                "stretched_models the stretch"
             ),
         ),
         "largest_per_cent": ("%", "largest stretch that film can have"),

@@ -63,6 +63,7 @@ def heights_out_of_scale(examined):
     if pattern is None:
         return None
     known = _told(pattern, names=pattern.flights)
+    known["facts"]["per_cent"] = 100.0 * pattern.amplitude[0]
     return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
 
 
@@ -101,8 +102,6 @@ def _told(pattern, names):
             "n_control": pattern.n_control,
             "size": pattern.size,
             "moved": float(pattern.moved),
-            # of heights out of scale
-            "per_cent": 100.0 * pattern.amplitude[0],
         },
     }
 
