@@ -69,12 +69,13 @@ def weak_block(seed):
     return control, high, pd.concat(flown, ignore_index=True)
 
 
-def densified(control, high, low):
+def densified(control, high, low, **settings):
     flights = {
         "high_flight": es.Flight(high, scale_number=HIGH, m_g_um=7.0),
         "low_flight": es.Flight(low, scale_number=LOW, m_g_um=5.0),
     }
-    return es.densify(es.Block(control_points=control, crs="EPSG:25833", **flights))
+    block = es.Block(control_points=control, crs="EPSG:25833", **flights)
+    return es.densify(block, es.Settings(**settings))
 
 
 def told(result):
@@ -91,6 +92,27 @@ def test_what_is_weak_is_no_gross_error(seed):
     assert spread.max() > 20.0 * spread.median()
     assert told(result) & OF_GROSS_ERRORS == set()
     assert "imprecise_points" in told(result)
+
+
+@pytest.mark.parametrize("iterations", [2, 3])
+def test_nor_is_it_in_further_passes(iterations):
+    for seed in (1, 2, 5):
+        result = densified(*weak_block(seed), iterations=iterations)
+        assert result.solution.iteration.n_held > 0
+        assert not result.residuals["is_suspect"].any()
+        assert told(result) & OF_GROSS_ERRORS == set()
+
+
+def test_a_gross_error_is_named_after_a_further_pass():
+    control, high, low = weak_block(2)
+    seen = low.groupby("point_id")["x"].transform("size")
+    is_new = ~low["point_id"].isin(control["point_id"])
+    wrong = low.index[(seen > 2) & is_new][40]
+    moved = low["x"] + 0.15 * (low.index == wrong)
+    result = densified(control, high, low.assign(x=moved), iterations=2)
+    suspects = result.residuals[result.residuals["is_suspect"]]
+    assert low.loc[wrong, "point_id"] in suspects["point_id"].tolist()
+    assert "suspect_observations" in told(result)
 
 
 def test_the_estimated_m_g_is_that_of_the_good_points():

@@ -9,8 +9,7 @@ See docs/theory/iteration.md.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import pairwise
+from functools import cache, cached_property
 
 import numpy as np
 import pandas as pd
@@ -20,6 +19,10 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.pipeline.densification.low_flight_fit import LowFlightFit
+from einschalt.stages.error_propagation.covariances import (
+    SharedCovariances,
+    covariances_of_pairs,
+)
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,
     LOW,
@@ -106,15 +109,16 @@ def require_iterable(block, settings):
 def iterate(block, first, pass_onto, most_passes):
     """Repeat the low flight on its own coordinates, control points held.
 
-    ``pass_onto`` makes a LowFlightFit of a table of ground points. It ends early where
-    no point moves by 1 mm. None where one pass is all that is asked for.
+    ``pass_onto`` makes a LowFlightFit of a table of ground points, and of the passes
+    that have given it. It ends early where no point moves by 1 mm. None where one pass
+    is all that is asked for.
     """
     if most_passes == 1:
         return None
     passes, moves = [first], []
     while len(passes) < most_passes:
         ground = _with_held_control(block, passes[-1].means.points)
-        passes.append(pass_onto(ground))
+        passes.append(pass_onto(ground, tuple(passes)))
         moves.append((len(passes), *_moves(passes[-2], passes[-1])))
         if moves[-1][1] < LEAST_MOVE:
             break
@@ -213,35 +217,71 @@ class IteratedErrorModel(ErrorModel):
         return {source: whole @ chain for source, chain in self.state.items()}
 
 
-def iterated_model(block, model, iteration, low_points):
-    """Model of errors of the last pass, from that of the first.
+class PassErrors:
+    """How errors enter what each further pass of the low flight is fitted with.
 
-    Exact for the passes as they were made: what the low flight was fitted onto depends
-    on the errors of all sources, its own among them. ``low_points`` are the model
-    points of the low flight, as they were transformed.
+    Exact for the passes as they were made: what the low flight is fitted onto depends
+    on the errors of all sources, its own among them. ``model`` is that of the first
+    pass; ``low_points`` are the model points of the low flight, as they were
+    transformed.
     """
-    if iteration is None:
-        return model
-    passes, steps = iteration.passes, _Steps(block, model.axes, low_points)
-    state = steps.after_first(model, passes[0].means)
-    for before, now in pairwise(passes[:-1]):
-        moved = steps.through(before.means, now)
-        state = {source: moved @ chain for source, chain in state.items()}
-    before, last = passes[-2:]
-    operator = steps.operator(before.means, last.low)
-    n_ground = operator.ground.n_sources
-    picked = selection(np.arange(n_ground), state[LOW].n_points, model.axes)
-    return IteratedErrorModel(
-        final=steps.mean(last.means),
-        low=operator,
-        ground={source: picked @ chain for source, chain in state.items()},
-        high=model.high,
-        places=places_fitted_onto(block, before.means.points["point_id"]),
-        standard_errors=steps.sizes(model),
-        is_assumed=model.is_assumed,
-        own=model.own,
-        state=state,
-    )
+
+    def __init__(self, block, model, low_points):
+        self.block, self.model, self.low_points = block, model, low_points
+        self._steps = _Steps(block, model.axes, low_points)
+        self._states = []  # after each pass
+
+    def iterated_model(self, passes) -> "IteratedErrorModel":
+        """Model of errors of the last pass."""
+        model, steps, state = self.model, self._steps, self._state_after(passes[:-1])
+        before, last = passes[-2:]
+        operator = steps.operator(before.means, last.low)
+        n_ground = operator.ground.n_sources
+        picked = selection(np.arange(n_ground), state[LOW].n_points, model.axes)
+        return IteratedErrorModel(
+            final=steps.mean(last.means),
+            low=operator,
+            ground={source: picked @ chain for source, chain in state.items()},
+            high=model.high,
+            places=places_fitted_onto(self.block, before.means.points["point_id"]),
+            standard_errors=steps.sizes(model),
+            is_assumed=model.is_assumed,
+            own=model.own,
+            state=state,
+        )
+
+    def covariances_after(self, passes):
+        """Covariances of what the next pass is fitted with, ground less measured.
+
+        A function of pairs of rows of the low flight's points, (n_pairs, 2), that gives
+        (n_pairs, 2, 2) [m²].
+        """
+        known = SharedCovariances()
+        chains = cache(lambda: self._chains_after(passes))
+        sizes = self._steps.sizes(self.model)
+        return lambda pairs: covariances_of_pairs(chains(), sizes, pairs, known)
+
+    def _chains_after(self, passes):
+        """From the sources to ground less measured, of all points of the low flight."""
+        state, axes = self._state_after(passes), self.model.axes
+        ids = passes[-1].means.points["point_id"]
+        points = encode(self.low_points["point_id"])
+        place = encode(ids).locate(points)[points.codes]
+        # a point without a place is not fitted: nobody asks for it
+        onto = selection(np.where(place >= 0, place, 0), len(ids), axes)
+        others = zero(len(place), self._steps.n_control, axes)
+        apart = stacked([[onto, -self._steps.own, others]])
+        return {source: apart @ chain for source, chain in state.items()}
+
+    def _state_after(self, passes):
+        steps = self._steps
+        if not self._states:
+            self._states.append(steps.after_first(self.model, passes[0].means))
+        for k in range(len(self._states), len(passes)):
+            moved = steps.through(passes[k - 1].means, passes[k])
+            before = self._states[-1].items()
+            self._states.append({source: moved @ chain for source, chain in before})
+        return self._states[len(passes) - 1]
 
 
 class _Steps:
@@ -343,4 +383,5 @@ def assumed_after_iteration(result):
     model = assumed_model(replace(result, low=first.low, means=first.means))
     if model is None:
         return None
-    return iterated_model(result.block, model, iteration, result.model_points[LOW])
+    errors = PassErrors(result.block, model, result.model_points[LOW])
+    return errors.iterated_model(iteration.passes)

@@ -16,8 +16,8 @@ from einschalt.pipeline.densification.gross_errors import find_gross_measurement
 from einschalt.pipeline.densification.iteration import (
     MOVES,
     Iteration,
+    PassErrors,
     iterate,
-    iterated_model,
 )
 from einschalt.pipeline.densification.low_flight_fit import (
     average_low_flight,
@@ -203,14 +203,15 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     report_progress(Stage.MODEL_TRANSFORMATION)
     own = own_deformation_of(block, settings, flights, approximations)
     low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
-    model, first = low_flight.first(approximations)
-    fit_onto = partial(low_flight.again, model=model)
-    iteration = iterate(block, first, fit_onto, settings.iterations)
-    last = first if iteration is None else iteration.passes[-1]
+    model, last = low_flight.first(approximations)
+    model = None if model is None else model.with_means(last.means)
+    of_passes = None if model is None else PassErrors(block, model, measured[LOW])
+    fit_onto = partial(low_flight.again, model=model, errors=of_passes)
+    iteration = iterate(block, last, fit_onto, settings.iterations)
     report_progress(Stage.ERROR_PROPAGATION)
-    if model is not None:
-        model = model.with_means(first.means)
-        model = iterated_model(block, model, iteration, measured[LOW])
+    if iteration is not None:
+        last = iteration.passes[-1]
+        model = model and of_passes.iterated_model(iteration.passes)
     errors = None if model is None else propagate_model(model, last.means)
     report_progress(Stage.DOUBLE_COVERAGE)
     screening = screen_block(last.means, errors, settings, model)
@@ -272,9 +273,14 @@ class _LowFlight:
         model = model_of_known_errors(*flown, self.own)
         return model, self._averaged(low, model)
 
-    def again(self, ground, model):
-        """Onto other coordinates, with weights by the errors of the first time."""
-        return self._averaged(self._transformed(ground), model)
+    def again(self, ground, passes, *, model, errors):
+        """Onto coordinates of passes before, weighed by the errors of the first time.
+
+        ``errors`` are the PassErrors, by which residuals are tested; None where they
+        are not known.
+        """
+        known = errors and errors.covariances_after(passes)
+        return self._averaged(self._transformed(ground, known), model)
 
     def _transformed(self, ground, covariances=None):
         how = (self.precision, self.settings)
