@@ -12,9 +12,13 @@ from tests.truth.long_form.recommended_plans import (
     outcome_over_area,
 )
 
+# requests that nearly use up their target, quickly searched: of a search that takes the
+# target for 3 per cent larger three fail, for 5 per cent four
+OF_REQUESTS = (9, 12, 13, 16, 21, 27)
+
 
 @pytest.mark.parametrize(
-    ("study", "seeds"), [(outcome_of, range(10)), (outcome_over_area, range(3))]
+    ("study", "seeds"), [(outcome_of, OF_REQUESTS), (outcome_over_area, range(3))]
 )
 def test_no_recommended_plan_fails_on_its_own_layout(study, seeds):
     outcomes = [study(seed) for seed in seeds]
