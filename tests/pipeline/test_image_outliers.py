@@ -1,6 +1,7 @@
 """Gross errors of image coordinates in a block: said, taken out, given less weight."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,12 @@ def faulty():
     return Block(**{**only_block(fields), "low_flight": low}), block.truth, wrong
 
 
+@pytest.fixture(scope="module")
+def densified(faulty):
+    """The block by what is done about outliers, computed once."""
+    return cache(lambda outliers: densify(faulty[0], Settings(outliers=outliers)))
+
+
 def only_block(fields):
     names = Block.__dataclass_fields__
     return {name: value for name, value in fields.items() if name in names}
@@ -38,9 +45,9 @@ def rms(result, truth):
     return np.sqrt(np.mean(np.sum(error**2, axis=1)))
 
 
-def test_blunders_are_named_with_their_points(faulty):
-    block, _, wrong = faulty
-    result = densify(block)
+def test_blunders_are_named_with_their_points(faulty, densified):
+    _, _, wrong = faulty
+    result = densified("keep")
     rows = result.orientation_residuals
     assert set(rows["flight"]) == {"high_flight", "low_flight"}
     said = " ".join(result.summary().split())
@@ -54,9 +61,9 @@ def test_blunders_are_named_with_their_points(faulty):
     ("outliers", "remedy"),
     [("snoop", "They were taken out of the"), ("tukey", "They have less weight in")],
 )
-def test_blunders_do_no_harm(faulty, outliers, remedy):
-    block, truth, wrong = faulty
-    kept, mended = densify(block), densify(block, Settings(outliers=outliers))
+def test_blunders_do_no_harm(faulty, densified, outliers, remedy):
+    _, truth, wrong = faulty
+    kept, mended = densified("keep"), densified(outliers)
     assert rms(mended, truth) < rms(kept, truth)
     said = " ".join(mended.summary().split())
     assert remedy in said
@@ -69,8 +76,8 @@ def test_blunders_do_no_harm(faulty, outliers, remedy):
         assert (suspects["weight"] < 0.1).all()
 
 
-def test_summary_says_what_images_say_of_m_g(faulty):
-    result = densify(faulty[0], Settings(outliers="snoop"))
+def test_summary_says_what_images_say_of_m_g(densified):
+    result = densified("snoop")
     said = " ".join(result.summary().split())
     assert "m_g of the low flight: given 5.0 µm; the image residuals show" in said
     errors = result.orientations[["m_g_intersection_um", "m_g_orientation_um"]]
