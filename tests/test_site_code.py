@@ -24,10 +24,12 @@ import pandas as pd
 import pyogrio
 import pytest
 import tomli_w
+from tests.interfaces.conftest import InThisProcess
 from tests.test_site import DOCS, FENCED, NOTEBOOKS, PAGES, ROOT, WALKS
 from typer.testing import CliRunner
 
 import einschalt as es
+from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.cli.work import init as work_of_init
 
@@ -88,7 +90,22 @@ def cupboard(tmp_path_factory):
 
 
 @pytest.fixture
-def desk(cupboard, tmp_path, monkeypatch):
+def engine_for_all(monkeypatch):
+    """Batches run here unless a scheduler is named: processes start for seconds.
+
+    That they run in processes of their own is shown in tests of the batch.
+    """
+    chosen = python_api.chosen_engine
+
+    def here(scheduler=None, *args, **kwargs):
+        engine = chosen(scheduler, *args, **kwargs)
+        return InThisProcess() if scheduler is None else engine
+
+    monkeypatch.setattr(python_api, "chosen_engine", here)
+
+
+@pytest.fixture
+def desk(cupboard, tmp_path, monkeypatch, engine_for_all):
     """A folder with the files that readers have; with what code makes left out."""
     (tmp_path / "data_examples").symlink_to(ROOT / "data_examples")
     (tmp_path / "Makefile").symlink_to(ROOT / "Makefile")
@@ -105,12 +122,35 @@ def desk(cupboard, tmp_path, monkeypatch):
     return lay_out
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def port():
-    """Of this test alone: others run at the same time."""
+    """Of these tests alone: others run at the same time."""
     with socket.socket() as asked:
         asked.bind(("127.0.0.1", 0))
         return asked.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Start computers of a cluster as the pages do, each once for all of them."""
+    running = set()
+    with started_computers() as start:
+
+        def starting(program, words):
+            if tuple(words) not in running:
+                start(program, words)
+                running.add(tuple(words))
+
+        yield starting
+
+
+@pytest.fixture
+def starting(cluster):
+    """Start what runs until it is ended: a server with this test, or a cluster."""
+    with started_computers() as start:
+        yield lambda program, words: (cluster if program == "dask" else start)(
+            program, words
+        )
 
 
 def lines_of(code, port):
@@ -125,25 +165,23 @@ def lines_of(code, port):
 
 
 @pytest.mark.parametrize(("page", "code"), blocks_of({"sh", "console"}, walks=False))
-def test_commands_run(page, code, desk, port):
+def test_commands_run(page, code, desk, port, starting):
     desk(code)
     before = []
     if ADDRESS in code and "dask scheduler" not in code:  # of an earlier block
         before = re.findall(r"^dask .*", PAGES[page], re.MULTILINE)
-    with started_computers() as starting:
-        for line in lines_of("\n".join([*before, code]), port):
-            run(line, starting)
+    for line in lines_of("\n".join([*before, code]), port):
+        run(line, starting)
 
 
 @pytest.mark.parametrize("page", [n for n in WALKS if "```console\n" in PAGES[n]])
-def test_console_blocks_of_tutorials_run(page, desk, port):
+def test_console_blocks_of_tutorials_run(page, desk, port, starting):
     """Behind the commands of their page; what these print is compared elsewhere."""
     blocks = [c for one, c in FENCED.findall(PAGES[page]) if one in {"sh", "console"}]
     desk(" ".join(blocks))
-    with started_computers() as starting:
-        for code in blocks:
-            for line in lines_of(code, port):
-                run(line, starting)
+    for code in blocks:
+        for line in lines_of(code, port):
+            run(line, starting)
 
 
 def test_computers_of_two_tests_listen_at_ports_of_their_own():
