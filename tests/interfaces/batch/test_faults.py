@@ -131,9 +131,9 @@ def large_table(block, n_rows):
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
 def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path, monkeypatch):
-    """A table of 15 million points beside a block of nine: one row with the reason."""
+    """A table of 10 million points beside a block of nine: one row with the reason."""
     monkeypatch.setattr(local_engine, "TRIES_ALONE", 1)
-    large_table(blocks / "block_00", 15_000_000)
+    large_table(blocks / "block_00", 10_000_000)
     options = {"workers": 1, "memory_gb": 1.0}
     table = es.densify_many(blocks, tmp_path / "out", **options).set_index("block")
     assert table["outcome"].tolist() == ["failed", "done"]
