@@ -56,6 +56,7 @@ def solved(block, method, outliers):
 def _forgotten():
     yield
     solved.cache_clear()
+    one_control_off.cache_clear()
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +79,23 @@ def one_wrong(clean):
     points = clean.low_flight.model_points.copy()
     points.loc[rows_of(points, PAIR[:1]), "x"] += 25.0
     return without_approximations(with_low(clean, points), PAIR[:1])
+
+
+@pytest.fixture(scope="module")
+def three_metres(clean):
+    """A fitted point, 3 m off in one of its five models."""
+    points = clean.low_flight.model_points.copy()
+    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4
+    return with_low(clean, points)
+
+
+@cache
+def one_control_off(metres):
+    """The demo block in which one control point is given so far away."""
+    block = simulate_block("demo", seed=7)
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == "1100", "easting"] += metres
+    return replace(block, control_points=control)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -147,15 +165,12 @@ def test_downweighted_gross_errors_do_not_make_s_0_large(one_wrong):
     assert result.solution.adjustment.s_0 == pytest.approx(1.0, abs=0.15)
 
 
-def test_suspects_that_are_excluded_are_called_so(clean):
-    """Of a fitted point, which its model refuses: 3 m off in one of five models."""
-    points = clean.low_flight.model_points.copy()
-    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4
-    spoilt = with_low(clean, points)
+def test_suspects_that_are_excluded_are_called_so(three_metres):
+    """Of a fitted point, which its model refuses."""
     remedies = {
         how: {
             f.code: f.remedy
-            for f in solved(spoilt, "simultaneous", how).assessment.findings
+            for f in solved(three_metres, "simultaneous", how).assessment.findings
         }
         for how in ("keep", "snoop", "huber")
     }
@@ -168,10 +183,8 @@ def test_suspects_that_are_excluded_are_called_so(clean):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_gross_error_that_takes_part_is_told_once_and_first(clean, method):
-    points = clean.low_flight.model_points.copy()
-    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4  # 3 m
-    result = solved(with_low(clean, points), method, "keep")
+def test_a_gross_error_that_takes_part_is_told_once_and_first(three_metres, method):
+    result = solved(three_metres, method, "keep")
     cause, *others = result.assessment.findings
     assert cause.code == "kept_gross_measurements"
     assert cause.facts["observations"] == (("low_flight", *MODEL, PAIR[0]),)
@@ -181,17 +194,17 @@ def test_a_gross_error_that_takes_part_is_told_once_and_first(clean, method):
     assert result.assessment.causes == (cause.code,)
     assert "gross errors take part" in result.summary().splitlines()[0]
     # what it advises helps
-    followed = solved(with_low(clean, points), method, "snoop")
+    followed = solved(three_metres, method, "snoop")
     assert followed.assessment.claim_is_supported
 
 
-def test_what_is_still_found_without_gross_errors_does_not_follow_from_them(clean):
-    points = clean.low_flight.model_points.copy()
-    points.loc[rows_of(points, PAIR[:1]), "x"] += 0.4
-    control = clean.control_points.copy()
+def test_what_is_still_found_without_gross_errors_does_not_follow_from_them(
+    three_metres,
+):
+    control = three_metres.control_points.copy()
     wrong = control.index[control["role"] == "control"][0]
     control.loc[wrong, "easting"] += 3.0
-    block = replace(with_low(clean, points), control_points=control)
+    block = replace(three_metres, control_points=control)
     found = solved(block, "two_step", "keep").assessment.findings
     explained_by = {one.code: one.explained_by for one in found}
     assert "kept_gross_measurements" in explained_by
@@ -265,10 +278,7 @@ def test_control_under_the_name_of_a_new_point_is_named(seed, pair):
 @pytest.mark.parametrize("metres", [10.0, 900.0])
 def test_the_wrong_control_point_comes_first(metres):
     """A good one that it moves was named first, and was to be checked first."""
-    block = simulate_block("demo", seed=7)
-    control = block.control_points.copy()
-    control.loc[control["point_id"] == "1100", "easting"] += metres
-    found = solved(replace(block, control_points=control), "two_step", "keep")
+    found = solved(one_control_off(metres), "two_step", "keep")
     codes = {f.code: f for f in found.assessment.findings}
     assert codes["control_that_contradicts"].names[0] == "1100"
     # where it is given lies no new point
@@ -331,10 +341,7 @@ WRONG_CONTROL = [
 @pytest.mark.parametrize(("method", "outliers", "code"), WRONG_CONTROL)
 def test_what_follows_from_wrong_control_stands_under_it(method, outliers, code):
     """Ten findings stood beside each other, and m_g was to be raised."""
-    block = simulate_block("demo", seed=7)
-    control = block.control_points.copy()
-    control.loc[control["point_id"] == "1100", "easting"] += 900.0
-    result = solved(replace(block, control_points=control), method, outliers)
+    result = solved(one_control_off(900.0), method, outliers)
     judged = result.assessment
     first, *others = judged.findings
     assert first.code == code
@@ -349,14 +356,10 @@ def test_what_follows_from_wrong_control_stands_under_it(method, outliers, code)
 
 
 def test_what_does_not_follow_from_a_wrong_control_point_stands_by_itself():
-    block = simulate_block("demo", seed=7)
-    control = block.control_points.copy()
-    control.loc[control["point_id"] == "1100", "easting"] += 10.0
+    block = one_control_off(10.0)
     low = block.low_flight.model_points.copy()
-    row = low.index[~low["point_id"].isin(control["point_id"])][20]
+    row = low.index[~low["point_id"].isin(block.control_points["point_id"])][20]
     low.loc[row, "x"] += 1000.0
-    block = replace(block, control_points=control)
-    block = replace(block, low_flight=replace(block.low_flight, model_points=low))
-    findings = solved(block, "two_step", "snoop").assessment.findings
+    findings = solved(with_low(block, low), "two_step", "snoop").assessment.findings
     by_itself = {found.code for found in findings if not found.explained_by}
     assert {"control_that_contradicts", "gross_measurements"} <= by_itself
