@@ -55,6 +55,29 @@ def undrawn():
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def propagated_once():
+    """Lay out and propagate each design once for all commands of this process.
+
+    Commands in two languages, with a figure or a table beside them ask for the same
+    plans; what is propagated is English in every language.
+    """
+    from einschalt.pipeline.block.block import plain_fields
+    from einschalt.pipeline.planning.choice import check
+
+    propagate, known = check.propagate_design, {}
+
+    def remembered(design):
+        key = type(design), repr(plain_fields(design))
+        if key not in known:
+            known[key] = propagate(design)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(check, "propagate_design", remembered)
+        yield
+
+
 @pytest.fixture(scope="session")
 def processor_seconds():
     """Least processor time of ``python ...``, each way in turn three times [s].
