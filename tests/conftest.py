@@ -139,6 +139,25 @@ def unchecked_result():
     return timed(densify(simulate_block("demo", seed=1, geometry=geometry)))
 
 
+@pytest.fixture
+def batches_here(monkeypatch):
+    """Batches run here unless a scheduler is named: processes start for seconds.
+
+    That they run in processes of their own is shown in tests of the batch.
+    """
+    from tests.interfaces.conftest import InThisProcess
+
+    from einschalt.interfaces import python_api
+
+    chosen = python_api.chosen_engine
+
+    def here(scheduler=None, *args, **kwargs):
+        engine = chosen(scheduler, *args, **kwargs)
+        return InThisProcess() if scheduler is None else engine
+
+    monkeypatch.setattr(python_api, "chosen_engine", here)
+
+
 @pytest.fixture(scope="session")
 def golden():
     """Compare a text with a file of golden/; EINSCHALT_WRITE_GOLDEN=1 writes it."""

@@ -140,7 +140,7 @@ def test_files_for_readers_are_there():
 
 
 @pytest.fixture
-def at_a_desk(monkeypatch, tmp_path):
+def at_a_desk(monkeypatch, tmp_path, batches_here):
     """A folder with the files that readers of the site have."""
     (tmp_path / "data_examples").symlink_to(ROOT / "data_examples")
     for file in (DOCS / "tutorials" / "files").iterdir():

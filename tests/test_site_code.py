@@ -24,12 +24,10 @@ import pandas as pd
 import pyogrio
 import pytest
 import tomli_w
-from tests.interfaces.conftest import InThisProcess
 from tests.test_site import DOCS, FENCED, NOTEBOOKS, PAGES, ROOT, WALKS
 from typer.testing import CliRunner
 
 import einschalt as es
-from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.cli.work import init as work_of_init
 
@@ -90,22 +88,7 @@ def cupboard(tmp_path_factory):
 
 
 @pytest.fixture
-def engine_for_all(monkeypatch):
-    """Batches run here unless a scheduler is named: processes start for seconds.
-
-    That they run in processes of their own is shown in tests of the batch.
-    """
-    chosen = python_api.chosen_engine
-
-    def here(scheduler=None, *args, **kwargs):
-        engine = chosen(scheduler, *args, **kwargs)
-        return InThisProcess() if scheduler is None else engine
-
-    monkeypatch.setattr(python_api, "chosen_engine", here)
-
-
-@pytest.fixture
-def desk(cupboard, tmp_path, monkeypatch, engine_for_all):
+def desk(cupboard, tmp_path, monkeypatch, batches_here):
     """A folder with the files that readers have; with what code makes left out."""
     (tmp_path / "data_examples").symlink_to(ROOT / "data_examples")
     (tmp_path / "Makefile").symlink_to(ROOT / "Makefile")
