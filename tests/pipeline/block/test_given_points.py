@@ -4,10 +4,12 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import ConsistencyError
 from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.block.given_points import heights_that_are_none
 
 PLAN = ["easting", "northing"]
 M_0 = 0.09
@@ -41,6 +43,41 @@ def test_a_region_that_is_off_is_noted_with_its_points(demo_block):
     n_known = len(demo_block.control_points)
     assert f"3 of {n_known} points" in note
     assert all(name in note.rpartition(":")[2] for name in names)
+
+
+@pytest.mark.parametrize("none", [-9999.0, -32768.0, -999.0, 9999.0])
+def test_heights_that_stand_for_none_are_refused(none):
+    table = heights_of(none, 481.0, 567.0)
+    (problem,), notes = heights_that_are_none(table, "points.csv")
+    assert not notes
+    assert (problem.point, problem.file) == ("P0", "points.csv")
+    assert problem.found.startswith(f"height = {none:g}, as programs write")
+    assert problem.remedy == "Leave the cell empty"
+
+
+def test_zeros_are_noted_where_all_other_heights_lie_above():
+    problems, (note,) = heights_that_are_none(heights_of(481.0, 0.0, 567.0), "p.csv")
+    assert not problems
+    assert note.startswith("p.csv: 1 of 3 heights are 0, the others 481 to 567 m")
+    assert note.endswith(": P1")
+
+
+@pytest.mark.parametrize(
+    "heights",
+    [
+        (0.0, 0.0, 500.0),  # a system of its own, with one point above it
+        (0.0, 12.0, 500.0),  # from the sea
+        (-999.0, -990.0, -1010.0),
+        (np.nan, 400.0, 500.0),
+    ],
+)
+def test_heights_that_may_be_are_left_alone(heights):
+    assert heights_that_are_none(heights_of(*heights), "p.csv") == ([], [])
+
+
+def heights_of(*values):
+    names = [f"P{k}" for k in range(len(values))]
+    return pd.DataFrame({"point_id": names, "height": values})
 
 
 def test_clean_blocks_have_no_note(demo_block):

@@ -83,6 +83,7 @@ from einschalt.pipeline.assessment.kept_gross_errors import (
     with_kept_gross_errors,
     with_other_targets,
     with_wrong_control,
+    with_wrong_height,
 )
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
@@ -185,6 +186,8 @@ def _of_other_method(examined, *, is_asked_for):
 
 def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
+    # what a height does to its models looks like anything else
+    findings = with_wrong_height(examined, judges, findings)
     findings = with_displaced_region(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)

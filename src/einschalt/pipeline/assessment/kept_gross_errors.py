@@ -44,7 +44,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
-OTHER_TARGETS = "other_targets"
+OTHER_TARGETS, WRONG_HEIGHT = "other_targets", "wrong_control_height"
 REGION, CLAIM = "displaced_region", "claim_that_does_not_stand"
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
@@ -88,6 +88,26 @@ def with_kept_gross_errors(examined, judges, findings):
         for found in findings
     )
     return in_order((*marked, _finding(examined.two_step, gross, explained)))
+
+
+def with_wrong_height(examined, judges, findings):
+    """Put what is gone without a control point of a wrong height under that height.
+
+    One that is wrong by hundreds of metres tilts its models, so that points in plan
+    look wrong as well, and good control with them.
+    """
+    cause = next((found for found in findings if found.code == WRONG_HEIGHT), None)
+    may_follow = [
+        found.code
+        for found in findings
+        if _may_follow(found) and found.code != WRONG_HEIGHT
+    ]
+    if cause is None or cause.explained_by or not may_follow:
+        return findings
+    if not _is_small(examined.two_step):
+        return findings
+    explained = _gone_without_control(examined, judges, may_follow, cause.names)
+    return with_consequences(cause, findings, explained) if explained else findings
 
 
 def with_wrong_control(examined, judges, findings):
@@ -240,9 +260,7 @@ def _wrong_control(examined):
     far off bends the models around it, and is in no pattern then.
     """
     two_step = examined.two_step
-    if not two_step.is_possible:
-        return []
-    if sum(map(len, two_step.model_points.values())) > MOST_TRIED:
+    if not _is_small(two_step):
         return []
     found = [examined.wrong_control] if examined.wrong_control else []
     left_out = two_step.control_left_out
@@ -254,7 +272,15 @@ def _wrong_control(examined):
 
 
 def _may_follow(found):
-    return not found.explained_by and found.code not in NO_CONSEQUENCES
+    is_free = not (found.explained_by or found.facts.get("explains"))
+    return is_free and found.code not in NO_CONSEQUENCES
+
+
+def _is_small(two_step):
+    """Whether a block is so small that it is computed once more."""
+    if not two_step.is_possible:
+        return False
+    return sum(map(len, two_step.model_points.values())) <= MOST_TRIED
 
 
 def _kept(examined):
@@ -263,9 +289,7 @@ def _kept(examined):
     Without those of models in which names are exchanged: these are told by themselves.
     """
     two_step = examined.two_step
-    if examined.settings.outliers != "keep" or not two_step.is_possible:
-        return None
-    if sum(map(len, two_step.model_points.values())) > MOST_TRIED:
+    if examined.settings.outliers != "keep" or not _is_small(two_step):
         return None
     table = find_gross_measurements(
         examined.block, two_step.solution.flights, _snooping(examined)

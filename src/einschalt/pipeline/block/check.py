@@ -19,7 +19,11 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.facts import FLIGHTS, check_facts
-from einschalt.pipeline.block.given_points import contradictions, points_in_no_model
+from einschalt.pipeline.block.given_points import (
+    contradictions,
+    heights_that_are_none,
+    points_in_no_model,
+)
 from einschalt.pipeline.block.parallaxes import (
     models_without_parallaxes,
     parallax_problems,
@@ -265,6 +269,9 @@ class _Check:
             if self._sound(ground):
                 frame, file = self.checked[ground], self._file(ground)
                 self.problems += coordinate_problems(frame, file)
+                problems, notes = heights_that_are_none(frame, file)
+                self.problems += problems
+                self.notes += notes
         ground, name = self._ground_and_flight()
         if (
             ground

@@ -21,6 +21,10 @@ PLAN = ["easting", "northing"]
 # of the median distance: TOTAL errors of the low flight; maps of large scales make less
 FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
 MOST_NAMES = 1000  # that tell whether names look like others by chance
+# what programs write where no height is known, and how far it must lie from the others
+NO_HEIGHT = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, -999.0, 9999.0, 99999.0)
+FAR_FROM_OTHERS = 500.0  # metres
+LEAST_ABOVE_0 = 20.0  # metres, of all other heights, where 0 is doubted
 
 
 def contradictions(block, control, approximate, sources):
@@ -89,6 +93,42 @@ def _note_of_coarse(flight, apart, sources):
         "systems and units of both files"
     )
     return [note]
+
+
+def heights_that_are_none(frame, file):
+    """Refuse heights that stand for none in other programs, and note those that may.
+
+    Gives errors, and a note of zeros beside heights that all lie well above; none of
+    either where the table has no heights.
+    """
+    if "height" not in frame:
+        return [], []
+    height = frame["height"].to_numpy(dtype=float)
+    is_none = np.isin(height, NO_HEIGHT)
+    known = height[np.isfinite(height) & ~is_none & (height != 0.0)]
+    if len(known):
+        is_none &= np.abs(height - np.median(known)) > FAR_FROM_OTHERS
+
+    def problem(place):
+        return ConsistencyError(
+            f"height = {height[place]:g}, as programs write where none is known",
+            expected="a height, or an empty cell",
+            remedy="Leave the cell empty",
+            file=file,
+            **tables.row_location(frame, place),
+        )
+
+    zeros = np.flatnonzero(height == 0.0)
+    notes = []
+    if 0 < len(zeros) < len(known) and known.min() > LEAST_ABOVE_0:
+        points = name_some(frame["point_id"].iloc[zeros])
+        notes.append(
+            f"{file}: {len(zeros)} of {len(height)} heights are 0, the others "
+            f"{known.min():.0f} to {known.max():.0f} m; leave the cells empty where "
+            f"none is known: {points}"
+        )
+    places = np.flatnonzero(is_none)
+    return tables.listed(places, problem, "so it is"), notes
 
 
 def points_in_no_model(frame, is_lost, measured, given):

@@ -41,6 +41,7 @@ CAUSES = mark_each(
         "exchanged_image_names": "correct the exchanged names first",
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
+        "wrong_control_height": "check the wrong control height first",
         "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "models_in_another_unit": "convert the models in another unit first",

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from einschalt.foundations.frame_columns import values_of
@@ -122,6 +123,18 @@ def test_strain_of_neukirchen_is_called_out():
     assert 0.04 < strain.size < 0.08
     assert film_affinity(result.examination) is None
     assert "Control points that are displaced together" in result.summary()
+
+
+def test_control_that_no_model_holds_is_no_strain(demo_block):
+    """A row of sums below the table: a point far beyond the block."""
+    control = demo_block.control_points
+    total = control.iloc[[0]].assign(point_id="Sum", **control[PLAN].sum())
+    given = pd.concat([control, total], ignore_index=True)
+    strain = densify(replace(demo_block, control_points=given)).patterns.strain
+    alone = densify(demo_block).patterns.strain
+    assert strain.n_control == alone.n_control
+    assert strain.p_value == alone.p_value
+    assert "Sum" not in set(strain.displacements["point_id"])
 
 
 def test_displacements_point_where_the_strain_does():

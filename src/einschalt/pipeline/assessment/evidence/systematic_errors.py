@@ -253,9 +253,12 @@ def _strain(examined, transformations, errors, affine):
     is_used = is_used & ~is_among(control["point_id"], examined.excluded_control)
     tables = {name: block.flights[name].points_to_fit for name in transformations}
     held = pd.concat([table["point_id"] for table in tables.values()])
+    # what no model holds says nothing, and may lie anywhere
+    is_held = is_among(control["point_id"], held)
+    is_used = is_used & is_held
     names = encode(pd.concat([control["point_id"], held]))
     n_control = len(control)
-    origin = values_of(control, ["easting", "northing"]).mean(axis=0)
+    origin = values_of(control, ["easting", "northing"])[is_held].mean(axis=0)
     flights, first = [], n_control
     for number, (name, transformation) in enumerate(transformations.items()):
         table = tables[name]

@@ -22,6 +22,11 @@ def one_height_off(control):
     return control["height"] + 1.0 * (control.index == place)
 
 
+def one_height_left_at_zero(control):
+    place = control.index[control["role"] == "control"][3]
+    return control["height"].where(control.index != place, 0.0)
+
+
 def three_heights_off(control):
     places = control.index[control["role"] == "control"][[2, 7, 12]]
     return control["height"] + 5.0 * control.index.isin(places)
@@ -107,6 +112,23 @@ def test_the_wrong_height_is_named_and_its_point_a_suspect(spatial_block):
     table = result.control_left_out.set_index("point_id")
     assert table.loc[wrong, "p_value_height"] < 1e-4
     assert abs(table.loc[wrong, "difference_height"] + 1.0) < 0.3
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_height_of_zero_is_the_cause_of_what_it_spoils(spatial_block, method):
+    """Its models are tilted: other control, and other points, look wrong as well."""
+    result = densified(spatial_block, method, one_height_left_at_zero)
+    control = spatial_block.control_points
+    wrong = control.loc[control["role"] == "control", "point_id"].iloc[3]
+    code = result.assessment.causes[0]
+    assert code == "wrong_control_height"
+    (cause,) = (f for f in result.assessment.findings if f.code == code)
+    assert cause.names == (wrong,)
+    assert not cause.explained_by
+    assert len(cause.facts["explains"]) > 2
+    first = result.summary().splitlines()[0]
+    assert first.endswith("check the wrong control height first")
+    assert any("heights are 0, the others" in note for note in result.block.notes)
 
 
 def test_a_wrong_height_that_was_set_aside_spoils_nothing(spatial_block):
