@@ -87,6 +87,14 @@ def test_wrong_number_is_said_with_row_point_and_model(numbers, found):
     assert said.startswith(f"low.csv, row 1, point B, model 1/2: {found}")
 
 
+def test_a_height_that_is_no_number_takes_no_row_along():
+    control = pd.DataFrame(
+        {"point_id": ["A"], "easting": [1.0], "northing": [2.0], "height": ["k.A."]}
+    )
+    (problem,) = check_table(control, CONTROL_POINTS).problems
+    assert problem.remedy == "Give a value, or leave the cell empty"
+
+
 def test_truth_values_and_dates_are_no_numbers():
     assert len(said_of(model_points(x=[True, False, True]))) == 3
     dates = pd.to_datetime(["1971-05-01"] * 3)

@@ -73,6 +73,19 @@ def test_points_that_are_off_together_are_no_suspects(
     assert suspects_of(screen_models(fit, outliers, covariances=covariances)) == []
 
 
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_residuals_far_below_their_errors_keep_their_tests(
+    flight, ground, covariances, outliers
+):
+    """They are rounding, a part of which stands out of the rest."""
+    fit = es.transform_models(flight, ground)
+    independent = screen_models(fit, outliers).residuals
+    far = screen_models(
+        fit, outliers, covariances=lambda pairs: 1e4 * covariances(pairs)
+    )
+    pd.testing.assert_frame_equal(far.residuals, independent)
+
+
 @pytest.mark.parametrize("outliers", OUTLIERS)
 def test_a_gross_error_beside_them_is_named(flight, ground, covariances, outliers):
     fit = es.transform_models(with_gross_error(flight), ground)

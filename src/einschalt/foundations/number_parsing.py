@@ -8,6 +8,7 @@ LARGEST_NUMBER = 1e30  # nothing measured is larger, and its square is a number
 MOST_BITS = 1000
 MOST_SHOWN = 60
 MEND = "Give a value or delete the row"
+MEND_OR_NONE = "Give a value, or leave the cell empty"
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
 DEGREES = "degrees"

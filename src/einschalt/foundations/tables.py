@@ -18,6 +18,7 @@ from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.key_columns import SeenNames, row_codes
 from einschalt.foundations.names import Coded, encode
 from einschalt.foundations.near_words import nearest
+from einschalt.foundations.number_parsing import MEND, MEND_OR_NONE
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
 FIRST_ROWS = 5  # of these, named beside the first
@@ -351,6 +352,8 @@ def _check_values(frame, column, source, seen):
 
     def problem(place):
         found, expected, remedy = say(raw.iloc[place])
+        if column.may_be_missing and remedy == MEND:
+            remedy = MEND_OR_NONE  # the row has other uses
         facts = {"expected": expected, "remedy": remedy, "file": source}
         facts |= row_location(frame, place)
         return TableError(f"{column.name} {found}", **facts)

@@ -25,6 +25,9 @@ STANDS_OUT = 0.05
 MOST_POINTS = 300
 PAIRS_AT_ONCE = 200_000
 LEAST_EIGENVALUE = 1e-12  # of the largest one
+# residuals so small beside what their errors make are rounding, of which a part is as
+# large as a gross error beside the rest
+LEAST_S_0 = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +63,18 @@ def tested_again(tests, fit, points, covariances, significance) -> PointTests:
     for models, rows, found in _plane_covariances(points, stands_out, covariances):
         design = design_of(fit, models, points, rows)
         again = correlated_point_tests(fit.residuals[rows], design, found)
-        w[rows], p_value[rows] = again.w, again.p_value
+        is_told = ~_are_rounding(fit.residuals[rows], found)
+        w[rows[is_told]], p_value[rows[is_told]] = (
+            values[is_told] for values in (again.w, again.p_value)
+        )
     return PointTests(w, p_value)
+
+
+def _are_rounding(residuals, covariances):
+    """Whether residuals of models are far smaller than their errors, (n_models,)."""
+    flat = residuals.reshape(len(residuals), -1, 1)
+    squares = np.sum(flat * np.linalg.solve(covariances, flat), axis=(1, 2))
+    return squares < LEAST_S_0**2 * flat.shape[1]
 
 
 def tested_beside(tests, fit, kept, out, covariances) -> PointTests:
@@ -73,8 +86,11 @@ def tested_beside(tests, fit, kept, out, covariances) -> PointTests:
     points, is_out, place = _merged(kept, out)
     for models, rows, found in _plane_covariances(points, is_out, covariances):
         of_rows = models, points, rows
-        given = _residuals(fit, *of_rows), design_of(fit, *of_rows)
-        for at, *of_model in zip(rows, *given, found, strict=True):
+        residuals = _residuals(fit, *of_rows)
+        is_told = ~_are_rounding(residuals, found)
+        given = residuals, design_of(fit, *of_rows), found
+        of_told = (values[is_told] for values in (rows, *given))
+        for at, *of_model in zip(*of_told, strict=True):
             for one in np.flatnonzero(is_out[at]):
                 again = _with_one(one, is_out[at], *of_model)
                 row = place[at[one]]

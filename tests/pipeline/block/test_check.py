@@ -63,7 +63,8 @@ def test_points_far_outside_are_noted_and_most_of_them_an_error(demo_block):
     assert problems == []
     label = "MGI / Austria GK Central (EPSG:31255)"
     said = f"2 of {len(far)} points lie outside the area of use of {label}"
-    assert notes == [f"control.csv: {said}"]
+    first, second = far["point_id"].iloc[:2]
+    assert notes == [f"control.csv: {said}: {first}, {second}"]
     far = far.assign(easting=9e6, northing=9e6)
     (problem,), notes = axis_problems(far, "EPSG:31255", "control.csv")
     assert f"lie outside the area of use of {label}" in problem.found

@@ -5,7 +5,7 @@ import numpy as np
 from einschalt.foundations import tables
 from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import ConsistencyError, ProjectionError
+from einschalt.foundations.errors import ConsistencyError, ProjectionError, name_some
 from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
 from einschalt.pipeline.block.ways_between_systems import PLANE
@@ -50,9 +50,14 @@ def own_axis_problems(frame, system, source):
     problems = tables.listed(np.flatnonzero(is_swapped), problem, rest)
     if not problems:
         problems = place_problems(east, north, system, source)
-    n_far = int((is_outside & ~is_swapped).sum())
-    far = f"{n_far} of {len(frame)} points lie outside the area of use of {label}"
-    return problems, [f"{source}: {far}"] if n_far and not problems else []
+    far = np.flatnonzero(is_outside & ~is_swapped)
+    if problems or not len(far) or "point_id" not in frame:
+        return problems, []
+    said = (
+        f"{source}: {len(far)} of {len(frame)} points lie outside the area of use of "
+        f"{label}: {name_some(frame['point_id'].iloc[far])}"
+    )
+    return problems, [said]
 
 
 def tells_axes(frame, system):
