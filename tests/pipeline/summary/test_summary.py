@@ -143,6 +143,7 @@ def test_every_cause_has_words(faulty_result):
         <= CAUSES.keys()
         == {
             "exchanged_names",
+            "wrong_control_height",
             "other_targets",
             "kept_gross_measurements",
             "displaced_region",
