@@ -12,7 +12,7 @@ CLAIM = Part(
                 "could be tested, and in claim of a simultaneous adjustment"
             ),
         ),
-        "assumption": ("", ("what the prediction only assumes; empty if nothing")),
+        "assumption": ("", "what the prediction only assumes; empty if nothing"),
         "untested_regions": (
             "",
             (
@@ -62,11 +62,11 @@ CLAIM_TEST = Part(
         "n_points": ("", "number of points"),
         "observed": (
             "m",
-            ("observed value: RMS, TOTAL in plan; without unit if is_length is false"),
+            "observed value: RMS, TOTAL in plan; without unit if is_length is false",
         ),
         "predicted": (
             "m",
-            ("value that the stated precision predicts, in the same unit"),
+            "value that the stated precision predicts, in the same unit",
         ),
         "p_value": (
             "",
@@ -173,7 +173,7 @@ LEFT_OUT = Part(
         ),
         "worst": (
             "",
-            ("up to three points with the smallest p-value, the smallest first"),
+            "up to three points with the smallest p-value, the smallest first",
         ),
         "largest": ("m", "difference at the first of these points, TOTAL"),
     },
@@ -184,7 +184,7 @@ TOLERANCE_FACTS = Part(
     names={
         "tolerance": ("", "limits that were asked for"),
         "figure": ("", "figure that decides whether a point passes"),
-        "roles": ("", ("points that pass and fail, one object for each role")),
+        "roles": ("", "points that pass and fail, one object for each role"),
         "suspects": (
             "",
             (
@@ -209,10 +209,10 @@ TOLERANCE = Part(
     places=("tolerance.tolerance",),
     names={
         "title": ("", 'ordinance that sets the limits, or "as set"'),
-        "point": ("m", ("largest standard error that a point may have, TOTAL")),
+        "point": ("m", "largest standard error that a point may have, TOTAL"),
         "control": (
             "m",
-            ("largest difference at a control point; null if none is set"),
+            "largest difference at a control point; null if none is set",
         ),
     },
 )
@@ -236,11 +236,11 @@ CHECKED_FIGURE = Part(
         ),
         "is_supported": (
             "",
-            ("whether the measurements support the figure; if not, no point passes"),
+            "whether the measurements support the figure; if not, no point passes",
         ),
         "is_tested": (
             "",
-            ("whether any measurement could have contradicted the figure"),
+            "whether any measurement could have contradicted the figure",
         ),
         "is_told": (
             "",

@@ -29,7 +29,7 @@ FACTS = Part(
         "n_observations": ("", "number of measurements that the finding is about"),
         "observations": (
             "",
-            ("the worst measurements, each as [flight, coverage, model_id, point_id]"),
+            "the worst measurements, each as [flight, coverage, model_id, point_id]",
         ),
         "models": (
             "",
@@ -40,9 +40,9 @@ FACTS = Part(
         ),
         "image_points": (
             "",
-            ("the worst image points, each as [flight, model_id, point_id]"),
+            "the worst image points, each as [flight, model_id, point_id]",
         ),
-        "flights": ("", ("one object for each flight that the finding is about")),
+        "flights": ("", "one object for each flight that the finding is about"),
         "flight": (
             "",
             (
@@ -83,7 +83,7 @@ FACTS = Part(
         ),
         "ratio_to_claimed": (
             "",
-            ("displacement by the block's own pull over the stated precision"),
+            "displacement by the block's own pull over the stated precision",
         ),
         "n_far": (
             "",
@@ -102,7 +102,7 @@ FACTS = Part(
         ),
         "miss": (
             "m",
-            ("how far the worst control point lies from its given coordinates"),
+            "how far the worst control point lies from its given coordinates",
         ),
         "away": (
             "m",
@@ -111,14 +111,14 @@ FACTS = Part(
                 "coordinates"
             ),
         ),
-        "role": ("", ("role of the points whose mean difference is not zero")),
+        "role": ("", "role of the points whose mean difference is not zero"),
         "easting": (
             "m",
-            ("component to the east of the shift, step or mean difference"),
+            "component to the east of the shift, step or mean difference",
         ),
         "northing": (
             "m",
-            ("component to the north of the shift, step or mean difference"),
+            "component to the north of the shift, step or mean difference",
         ),
         "size": (
             "m",
@@ -144,7 +144,7 @@ FACTS = Part(
             ),
         ),
         "largest_per_cent": ("%", "largest stretch that film can have"),
-        "reach": ("m", ("distance over which the displacements keep their direction")),
+        "reach": ("m", "distance over which the displacements keep their direction"),
         "displacements": (
             "",
             (
@@ -154,29 +154,29 @@ FACTS = Part(
         ),
         "points": (
             "",
-            ("points of the region, those nearest to its middle first, at most 100"),
+            "points of the region, those nearest to its middle first, at most 100",
         ),
         "n_given": ("", "number of all given approximate points"),
         "standard_error": ("m", "standard error of each coordinate of the shift"),
         "middle_easting": ("m", "easting of the middle of the region"),
         "middle_northing": ("m", "northing of the middle of the region"),
-        "extent": ("m", ("largest extent of the region along easting or northing")),
+        "extent": ("m", "largest extent of the region along easting or northing"),
         "control": ("", "control points in the region, at most 100"),
         "control_is_alike": (
             "",
-            ("whether the control points in the region are displaced as well"),
+            "whether the control points in the region are displaced as well",
         ),
         "further_regions": (
             "",
-            ("the other displaced regions, each with the same names"),
+            "the other displaced regions, each with the same names",
         ),
         "rejected": (
             "",
-            ("tests that contradict the stated precision, one object for each"),
+            "tests that contradict the stated precision, one object for each",
         ),
         "tests": (
             "",
-            ("tests whose value is smaller than predicted, one object for each"),
+            "tests whose value is smaller than predicted, one object for each",
         ),
         "believed": ("m", "standard error of the heights to use, RMS"),
         "bend": ("m", "height error of flat models on curved ground"),
@@ -191,7 +191,7 @@ FACTS = Part(
         "paper": ("m", "TOTAL of the new points by Kovarik's M, RMS"),
         "internal": (
             "m",
-            ("TOTAL of the new points, from the differences of the coverages, RMS"),
+            "TOTAL of the new points, from the differences of the coverages, RMS",
         ),
         "propagated_once": (
             "m",
@@ -207,16 +207,16 @@ FACTS = Part(
                 "if errors were not propagated"
             ),
         ),
-        "n_models_held": ("", ("number of models that contain a held control point")),
-        "m_0": ("m", ("m_0 of all models of the high flight together, TOTAL")),
+        "n_models_held": ("", "number of models that contain a held control point"),
+        "m_0": ("m", "m_0 of all models of the high flight together, TOTAL"),
         "explained": ("m", "m_0 that the given errors explain, TOTAL"),
         "m_0_corrected": (
             "m",
-            ("m_0 of the flight with the correction by y-parallaxes, TOTAL"),
+            "m_0 of the flight with the correction by y-parallaxes, TOTAL",
         ),
         "m_0_uncorrected": (
             "m",
-            ("m_0 of the flight without the correction by y-parallaxes, TOTAL"),
+            "m_0 of the flight without the correction by y-parallaxes, TOTAL",
         ),
         "largest_m_0": ("m", "largest m_0 of a model, TOTAL"),
         "times_usual": (
@@ -228,7 +228,7 @@ FACTS = Part(
         ),
         "largest_sigma_0": (
             "m",
-            ("largest sigma_0 of a relative orientation, in the image"),
+            "largest sigma_0 of a relative orientation, in the image",
         ),
         "critical": (
             "",
@@ -253,7 +253,7 @@ FACTS = Part(
         ),
         "s_0": (
             "",
-            ("standard error of unit weight; 1 if the errors are as large as given"),
+            "standard error of unit weight; 1 if the errors are as large as given",
         ),
         "redundancy": ("", "redundancy of the adjustment"),
         "worst": ("", "point with the largest displacement"),
@@ -288,10 +288,10 @@ FACTS = Part(
             ),
         ),
         "n_exchanges": ("", "number of pairs of exchanged names"),
-        "exchanges": ("", ("pairs of exchanged names, the worst first, at most 100")),
+        "exchanges": ("", "pairs of exchanged names, the worst first, at most 100"),
         "takes_part": (
             "",
-            ("whether one of the exchanged pairs takes part in the computation"),
+            "whether one of the exchanged pairs takes part in the computation",
         ),
         "explains": ("", "codes of the findings that this one explains"),
         "targets": (
@@ -301,7 +301,7 @@ FACTS = Part(
                 "most 100"
             ),
         ),
-        "n_pairs": ("", ("number of pairs of models or photographs that are copies")),
+        "n_pairs": ("", "number of pairs of models or photographs that are copies"),
         "pairs": (
             "",
             (
@@ -311,13 +311,13 @@ FACTS = Part(
         ),
         "enlargement": (
             "",
-            ("factor by which the errors of means are larger because of the copies"),
+            "factor by which the errors of means are larger because of the copies",
         ),
         "n_failed": ("", "number of models that could not be computed"),
         "n_reasons": ("", "number of different reasons"),
         "reasons": (
             "",
-            ("models by flight and reason, the most frequent first, at most 20"),
+            "models by flight and reason, the most frequent first, at most 20",
         ),
         "n_mirrored": ("", "number of mirrored models"),
         "n_affine": ("", "number of models with an affine transformation"),
@@ -325,15 +325,15 @@ FACTS = Part(
         "scale_number": ("", "scale number of that flight, as given"),
         "on_film_mm": ("mm", "diameter of the median model in its photograph"),
         "largest_mm": ("mm", "largest diagonal of a photograph"),
-        "found": ("", ("scale number from image coordinates and ground coordinates")),
+        "found": ("", "scale number from image coordinates and ground coordinates"),
         "n_in_one_model": ("", "how many of the points lie in one model only"),
         "widest_um": (
             "µm",
-            ("largest standard deviation of a pointing among these points"),
+            "largest standard deviation of a pointing among these points",
         ),
         "note": (
             "",
-            ("what was ignored, filled in or reprojected while reading, in English"),
+            "what was ignored, filled in or reprojected while reading, in English",
         ),
     },
     values={

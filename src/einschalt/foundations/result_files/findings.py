@@ -15,7 +15,7 @@ FINDING = Part(
                 "first, at most 100"
             ),
         ),
-        "statistic": ("", ("what was compared, in English; empty if nothing was")),
+        "statistic": ("", "what was compared, in English; empty if nothing was"),
         "observed": (
             "",
             (
@@ -37,7 +37,7 @@ FINDING = Part(
                 "by chance; null if none was computed"
             ),
         ),
-        "untested": ("", ("why something could not be tested; empty if it was tested")),
+        "untested": ("", "why something could not be tested; empty if it was tested"),
         "remedy": (
             "",
             (
@@ -54,7 +54,7 @@ FINDING = Part(
         ),
         "explained_by": (
             "",
-            ("code of the finding that explains this one; empty if none does"),
+            "code of the finding that explains this one; empty if none does",
         ),
     },
     values={
@@ -86,7 +86,7 @@ FACT_MODELS = Part(
     places=("findings[].facts.critical", "findings[].facts.weak"),
     names={
         "n_models": ("", "number of models"),
-        "models": ("", ("these models, each as [flight, model_id], at most 100")),
+        "models": ("", "these models, each as [flight, model_id], at most 100"),
     },
 )
 
@@ -106,7 +106,7 @@ FACT_FLIGHTS = Part(
         ),
         "good_sigma_0": (
             "m",
-            ("standard error of the good image coordinates, in the image"),
+            "standard error of the good image coordinates, in the image",
         ),
         "share": ("", "share of the image points that are worse"),
         "times_as_large": ("", "how many times as large their errors are"),
@@ -120,14 +120,14 @@ FACT_FLIGHTS = Part(
             ),
         ),
         "shear_error": ("rad", "standard error of shear"),
-        "bias": ("m", ("error in a model that the affinity causes, TOTAL, RMS")),
+        "bias": ("m", "error in a model that the affinity causes, TOTAL, RMS"),
     },
 )
 
 FACT_TESTS = Part(
     places=("findings[].facts.rejected[]", "findings[].facts.tests[]"),
     names={
-        "quantity": ("", ("quantity that was tested, by the names of claim.tests[]")),
+        "quantity": ("", "quantity that was tested, by the names of claim.tests[]"),
         "kind": ("", "kind of the quantity; absent for heights"),
         "n_points": ("", "number of points"),
         "observed": (
@@ -139,7 +139,7 @@ FACT_TESTS = Part(
         ),
         "predicted": (
             "m",
-            ("value that the stated precision predicts, in the same unit"),
+            "value that the stated precision predicts, in the same unit",
         ),
         "p_value": (
             "",
@@ -163,10 +163,10 @@ FACT_EXCHANGES = Part(
     places=("findings[].facts.exchanges[]",),
     names={
         "flight": FLIGHT,
-        "coverage": ("", ("coverage of the model in which the names are exchanged")),
+        "coverage": ("", "coverage of the model in which the names are exchanged"),
         "model_id": ("", "model in which the names are exchanged"),
         "points": ("", "the two names"),
-        "apart": ("m", ("distance of the two points; null if one has no coordinates")),
+        "apart": ("m", "distance of the two points; null if one has no coordinates"),
         "m_0": ("m", "m_0 of the model as measured, TOTAL"),
         "m_0_exchanged": ("m", "m_0 of the model with the names put right, TOTAL"),
         "is_everywhere": (
@@ -178,7 +178,7 @@ FACT_EXCHANGES = Part(
         ),
         "images": (
             "",
-            ("photograph in which the names are exchanged; two if nothing tells which"),
+            "photograph in which the names are exchanged; two if nothing tells which",
         ),
         "models": (
             "",
@@ -196,7 +196,7 @@ FACT_EXCHANGES = Part(
         ),
         "sigma_0_exchanged": (
             "m",
-            ("sigma_0 of that model with the names put right, in the image"),
+            "sigma_0 of that model with the names put right, in the image",
         ),
         "takes_part": (
             "",
@@ -216,11 +216,11 @@ FACT_TARGETS = Part(
         "n_models": ("", "number of models of the low flight that show it"),
         "flight": (
             "",
-            ("flight that measured another target; empty if nothing tells which"),
+            "flight that measured another target; empty if nothing tells which",
         ),
         "p_value": (
             "",
-            ("p-value of the clearest model, among all residuals (Bonferroni)"),
+            "p-value of the clearest model, among all residuals (Bonferroni)",
         ),
     },
 )
@@ -232,7 +232,7 @@ FACT_REASONS = Part(
         "reason": ("", "why the models failed, in English"),
         "remedy": (
             "",
-            ("what to do about it, in English; empty if there is nothing to do"),
+            "what to do about it, in English; empty if there is nothing to do",
         ),
         "n_models": ("", "number of models"),
         "models": ("", "their model_id, at most 10"),

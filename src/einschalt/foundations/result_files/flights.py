@@ -9,17 +9,17 @@ EACH_FLIGHT = Part(
         "scale_number": ("", "denominator of the image scale, as given"),
         "transformation": ("", "transformation of the models onto the ground"),
         "n_models": ("", "number of models, as measured"),
-        "n_usable": ("", ("number of models that were transformed and take part")),
+        "n_usable": ("", "number of models that were transformed and take part"),
         "m_g_um": ("µm", "m_g as given, TOTAL, in the image"),
         "m_g_ground": ("m", "m_g as given, TOTAL, on the ground"),
-        "m_0": ("m", ("m_0 of all models together, TOTAL; null if it is not known")),
+        "m_0": ("m", "m_0 of all models together, TOTAL; null if it is not known"),
         "orientation": (
             "",
-            ("relative orientations of the flight; null if nothing was oriented"),
+            "relative orientations of the flight; null if nothing was oriented",
         ),
         "shown_m_g": (
             "",
-            ("m_g as the measurements of both flights show it; null if they do not"),
+            "m_g as the measurements of both flights show it; null if they do not",
         ),
         "is_curved": (
             "",
@@ -97,7 +97,7 @@ APPROXIMATIONS = Part(
         "n_points": ("", "number of approximate points"),
         "is_given": (
             "",
-            ("whether they were given; otherwise the high flight was computed"),
+            "whether they were given; otherwise the high flight was computed",
         ),
         "total": (
             "m",
@@ -118,16 +118,16 @@ REPEATED = Part(
         "m_g_um": ("µm", "m_g of one pointing as given, TOTAL"),
         "m_g_settings_um": (
             "µm",
-            ("m_g of one pointing as the pointings of a point show it, TOTAL"),
+            "m_g of one pointing as the pointings of a point show it, TOTAL",
         ),
         "standard_error_um": ("µm", "standard error of m_g_settings_um"),
         "is_larger": (
             "",
-            ("whether m_g_settings_um is significantly larger than m_g_um"),
+            "whether m_g_settings_um is significantly larger than m_g_um",
         ),
         "is_smaller": (
             "",
-            ("whether m_g_settings_um is significantly smaller than m_g_um"),
+            "whether m_g_settings_um is significantly smaller than m_g_um",
         ),
         "settings_each": ("", "mean number of pointings at a point"),
         "mean_if_rest_is_model_um": (
@@ -139,11 +139,11 @@ REPEATED = Part(
         ),
         "mean_as_taken_um": (
             "µm",
-            ("m_g of that mean as it was assumed, m_g / √k, TOTAL"),
+            "m_g of that mean as it was assumed, m_g / √k, TOTAL",
         ),
         "m_g_that_makes_it_so_um": (
             "µm",
-            ("m_g to give so that the mean has mean_if_rest_is_model_um"),
+            "m_g to give so that the mean has mean_if_rest_is_model_um",
         ),
     },
 )
@@ -160,12 +160,12 @@ ITERATIONS = Part(
         ),
         "is_converged": (
             "",
-            ("whether the passes ended because nothing moved any more"),
+            "whether the passes ended because nothing moved any more",
         ),
         "least_move": ("m", "move below which the passes end"),
         "most_passes": ("", "maximum number of passes, as set"),
         "n_held": ("", "number of control points that were held"),
-        "n_models_held": ("", ("number of models that contain a held control point")),
+        "n_models_held": ("", "number of models that contain a held control point"),
         "n_models": ("", "number of usable models of the low flight"),
         "total_of_one_pass": (
             "m",
@@ -197,7 +197,7 @@ DISTRIBUTION = Part(
         ),
         "is_propagated": (
             "",
-            ("whether the moved points have propagated standard errors"),
+            "whether the moved points have propagated standard errors",
         ),
     },
     values={

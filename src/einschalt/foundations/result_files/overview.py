@@ -9,7 +9,7 @@ FILE = Part(
         "choice": ("", ('which method was kept, and why; null unless method = "auto"')),
         "better": (
             "",
-            ("the other method, if it is known to be better; otherwise null"),
+            "the other method, if it is known to be better; otherwise null",
         ),
         "is_untried": (
             "",
@@ -29,7 +29,7 @@ FILE = Part(
         "credible": ("", "the figure of the new points to use, and why"),
         "credible_heights": (
             "",
-            ("the figure of the heights to use; null if the points have no heights"),
+            "the figure of the heights to use; null if the points have no heights",
         ),
         "claim_is_supported": (
             "",
@@ -48,21 +48,21 @@ FILE = Part(
         ),
         "claim": (
             "",
-            ("tests of the stated precision in plan against the measurements"),
+            "tests of the stated precision in plan against the measurements",
         ),
         "height_claim": (
             "",
-            ("tests of the stated precision of the heights against the measurements"),
+            "tests of the stated precision of the heights against the measurements",
         ),
         "known_points": (
             "",
-            ("densified minus given coordinates at control and check points"),
+            "densified minus given coordinates at control and check points",
         ),
-        "flights": ("", ("what each flight measured, and how well its models fit")),
-        "approximations": ("", ("origin and precision of the approximate coordinates")),
+        "flights": ("", "what each flight measured, and how well its models fit"),
+        "approximations": ("", "origin and precision of the approximate coordinates"),
         "repeated_settings": (
             "",
-            ("m_g from repeated pointings, one object for each flight that has them"),
+            "m_g from repeated pointings, one object for each flight that has them",
         ),
         "patterns": ("", "affinity of film and strain of control"),
         "error_sources": (
@@ -95,7 +95,7 @@ FILE = Part(
         ),
         "tolerance": (
             "",
-            ("which points keep the tolerance; null without a tolerance"),
+            "which points keep the tolerance; null without a tolerance",
         ),
         "deformation": (
             "",
@@ -118,12 +118,12 @@ BLOCK = Part(
     places=("block",),
     names={
         "name": ("", "name of the block"),
-        "crs": ("", ("reference system of the block; null if none was given")),
+        "crs": ("", "reference system of the block; null if none was given"),
         "n_models": ("", "number of models of all flights, as measured"),
         "n_failed_models": ("", "number of models that could not be computed"),
         "chosen_settings": (
             "",
-            ("settings that differ from the defaults, each as [name, value]"),
+            "settings that differ from the defaults, each as [name, value]",
         ),
     },
 )
@@ -131,15 +131,15 @@ BLOCK = Part(
 CHOICE = Part(
     places=("choice", "better"),
     names={
-        "method": ("", ("method that was kept (choice), or that is better (better)")),
+        "method": ("", "method that was kept (choice), or that is better (better)"),
         "reason": ("", "why this method was selected"),
         "two_step": (
             "",
-            ("the figure of the two steps; null if they are not possible"),
+            "the figure of the two steps; null if they are not possible",
         ),
         "simultaneous": (
             "",
-            ("the figure of the simultaneous adjustment; null if it is not possible"),
+            "the figure of the simultaneous adjustment; null if it is not possible",
         ),
         "obstacle": (
             "",
@@ -186,19 +186,19 @@ CREDIBLE = Part(
     names={
         "value": (
             "m",
-            ("TOTAL of the new points, RMS: the figure to use; null if none is known"),
+            "TOTAL of the new points, RMS: the figure to use; null if none is known",
         ),
         "is_lower_bound": (
             "",
-            ("whether the points may be worse than value by an unknown amount"),
+            "whether the points may be worse than value by an unknown amount",
         ),
         "column": (
             "",
-            ("column of points that states the standard error of single points"),
+            "column of points that states the standard error of single points",
         ),
         "factor": (
             "",
-            ("factor by which that column is enlarged for single points; at least 1"),
+            "factor by which that column is enlarged for single points; at least 1",
         ),
         "reason": ("", "why this is the figure to use"),
         "doubt": (
@@ -298,7 +298,7 @@ HEIGHTS = Part(
         ),
         "is_lower_bound": (
             "",
-            ("whether the heights may be worse than value by an unknown amount"),
+            "whether the heights may be worse than value by an unknown amount",
         ),
         "factor": (
             "",
@@ -313,9 +313,9 @@ HEIGHTS = Part(
 SPREAD = Part(
     places=("spread",),
     names={
-        "rms": ("m", ("TOTAL of the new points (standard_error_checked), RMS")),
+        "rms": ("m", "TOTAL of the new points (standard_error_checked), RMS"),
         "median": ("m", "the same, median"),
-        "most": ("m", ("the same, 95 % quantile: 95 of 100 points are better")),
+        "most": ("m", "the same, 95 % quantile: 95 of 100 points are better"),
     },
 )
 

@@ -15,7 +15,7 @@ PATTERN_FACTS = Part(
         ),
         "size": (
             "",
-            ("size of a block that is too large, in English; otherwise empty"),
+            "size of a block that is too large, in English; otherwise empty",
         ),
     },
     values={
@@ -45,7 +45,7 @@ PATTERNS = Part(
         ),
         "strain": (
             "",
-            ("pattern in the errors of the control points; null if it was not tested"),
+            "pattern in the errors of the control points; null if it was not tested",
         ),
     },
 )
@@ -54,18 +54,18 @@ AFFINITY = Part(
     places=("patterns.patterns.affinities[]",),
     names={
         "flight": FLIGHT,
-        "stretch": ("", ("relative excess of x over y in the measured coordinates")),
+        "stretch": ("", "relative excess of x over y in the measured coordinates"),
         "shear": (
             "rad",
-            ("by how much the angle between x and y is smaller than a right angle"),
+            "by how much the angle between x and y is smaller than a right angle",
         ),
         "stretch_error": ("", "standard error of stretch"),
         "shear_error": ("rad", "standard error of shear"),
         "p_value": ("", "p-value of the joint test of stretch and shear"),
-        "is_absorbed": ("", ("whether the transformation absorbs it, as affine does")),
+        "is_absorbed": ("", "whether the transformation absorbs it, as affine does"),
         "bias": (
             "m",
-            ("error in a model that it causes if it is not absorbed, TOTAL, RMS"),
+            "error in a model that it causes if it is not absorbed, TOTAL, RMS",
         ),
     },
 )
@@ -74,16 +74,16 @@ STRAIN = Part(
     places=("patterns.patterns.strain",),
     names={
         "size": ("m", "displacements of the control points, TOTAL, RMS"),
-        "reach": ("m", ("distance over which the displacements keep their direction")),
-        "p_value": ("", ("p-value of the test against errors of the given sizes")),
+        "reach": ("m", "distance over which the displacements keep their direction"),
+        "p_value": ("", "p-value of the test against errors of the given sizes"),
         "is_smooth": (
             "",
-            ("whether larger errors of single points do not explain it as well"),
+            "whether larger errors of single points do not explain it as well",
         ),
         "n_control": ("", "number of control points"),
         "displacements": (
             "",
-            ("estimated displacement of each control point, the largest first"),
+            "estimated displacement of each control point, the largest first",
         ),
     },
 )
@@ -123,7 +123,7 @@ DEFORMATION = Part(
             ),
         ),
         "is_own_detected": ("", "whether deformations of single models were found"),
-        "is_own_modelled": ("", ("whether deformations of single models are modelled")),
+        "is_own_modelled": ("", "whether deformations of single models are modelled"),
         "check_rms_simultaneous": (
             "m",
             (
@@ -223,7 +223,7 @@ CONTROL_STRAIN = Part(
         ),
         "n_suspects": (
             "",
-            ("number of all these points; absent together with suspects"),
+            "number of all these points; absent together with suspects",
         ),
         "is_set_aside": (
             "",
@@ -255,7 +255,7 @@ SUSPECT_CONTROL = Part(
     names={
         "point_id": ("", "name of the control point"),
         "easting": ("m", "error of the given easting that would explain it"),
-        "northing": ("m", ("error of the given northing that would explain it")),
+        "northing": ("m", "error of the given northing that would explain it"),
         "w": ("", "test statistic: error over its standard error"),
         "p_value": ("", "p-value of the test"),
     },

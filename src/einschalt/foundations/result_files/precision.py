@@ -6,7 +6,7 @@ PRECISION = Part(
     places=("precision",),
     names={
         "single": ("", "figures of one value of a point; two steps only"),
-        "mean": ("", ("figures of the mean of all values of a point; two steps only")),
+        "mean": ("", "figures of the mean of all values of a point; two steps only"),
         "n_new": ("", "number of new points"),
         "n_coverages": ("", "number of coverages of the low flight"),
         "coverage_mean": (
@@ -18,7 +18,7 @@ PRECISION = Part(
         ),
         "carried": (
             "",
-            ("which errors were propagated; null if none were; two steps only"),
+            "which errors were propagated; null if none were; two steps only",
         ),
         "shared": (
             "",
@@ -29,7 +29,7 @@ PRECISION = Part(
         ),
         "heights": (
             "",
-            ("precision of the heights; null if the points have no heights"),
+            "precision of the heights; null if the points have no heights",
         ),
         "total": (
             "m",
@@ -61,7 +61,7 @@ PRECISION = Part(
         ),
         "has_high_flight": (
             "",
-            ("whether the block has a high flight; simultaneous only"),
+            "whether the block has a high flight; simultaneous only",
         ),
         "s_0": (
             "",
@@ -73,7 +73,7 @@ PRECISION = Part(
         "redundancy": ("", "redundancy of the adjustment; simultaneous only"),
         "is_oriented": (
             "",
-            ("whether errors of relative orientations are included; simultaneous only"),
+            "whether errors of relative orientations are included; simultaneous only",
         ),
         "estimated": (
             "",
@@ -161,7 +161,7 @@ PRECISION_FIGURES = Part(
                 "always in precision.single"
             ),
         ),
-        "paper": ("m", ("TOTAL by Kovarik's M, RMS; null if it is not known")),
+        "paper": ("m", "TOTAL by Kovarik's M, RMS; null if it is not known"),
         "internal": (
             "m",
             (
@@ -196,7 +196,7 @@ PRECISION_HEIGHTS = Part(
 COMPARISON = Part(
     places=("precision.comparison",),
     names={
-        "rms": ("m", ("coordinates of both methods, differences in plan, RMS")),
+        "rms": ("m", "coordinates of both methods, differences in plan, RMS"),
         "largest": ("m", "largest of these differences"),
         "worst": ("", "point with the largest difference"),
     },
@@ -206,7 +206,7 @@ ERROR_SOURCES = Part(
     places=("error_sources",),
     names={
         "sources": ("", "one object for each source, the largest first"),
-        "total": ("m", ("TOTAL of the new points from all sources together, RMS")),
+        "total": ("m", "TOTAL of the new points from all sources together, RMS"),
         "total_with_half_the_largest": (
             "m",
             "the same if the largest source were halved",
@@ -218,7 +218,7 @@ SOURCE = Part(
     places=("error_sources.sources[]",),
     names={
         "source": ("", "source of error"),
-        "total": ("m", ("TOTAL of the new points from this source alone, RMS")),
+        "total": ("m", "TOTAL of the new points from this source alone, RMS"),
         "share": ("", "share of the variance, from 0 to 1"),
     },
     values={
@@ -243,7 +243,7 @@ NEIGHBOURS = Part(
         "median_distance": ("m", "median distance of the pairs"),
         "total": (
             "m",
-            ("propagated TOTAL of the coordinate difference of a pair, RMS"),
+            "propagated TOTAL of the coordinate difference of a pair, RMS",
         ),
         "total_if_independent": ("m", "the same if the points shared no error"),
     },

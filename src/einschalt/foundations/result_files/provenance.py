@@ -6,7 +6,7 @@ from einschalt.foundations.result_files.part import Part
 FILE = Part(
     places=("",),
     names={
-        "schema": ("", ("version of the layout of this file, a whole number")),
+        "schema": ("", "version of the layout of this file, a whole number"),
         "program": ("", "name of the program: einschalt"),
         "version": ("", "version of the program"),
         "created": ("", "date and time of writing, UTC (ISO 8601)"),
@@ -31,10 +31,10 @@ FILE = Part(
                 "it; absent if it is that of the block"
             ),
         ),
-        "flights": ("", ("facts of each flight, by its name: high_flight, low_flight")),
+        "flights": ("", "facts of each flight, by its name: high_flight, low_flight"),
         "settings": (
             "",
-            ("all settings of the computation by name, for einschalt explain NAME"),
+            "all settings of the computation by name, for einschalt explain NAME",
         ),
         "inputs": (
             "",
@@ -45,18 +45,18 @@ FILE = Part(
         ),
         "versions": (
             "",
-            ("versions of Python, of the libraries, and of PROJ with its database"),
+            "versions of Python, of the libraries, and of PROJ with its database",
         ),
-        "figures": ("", ("headline figures of the result, as in densify --json")),
+        "figures": ("", "headline figures of the result, as in densify --json"),
         "seconds": ("s", "duration of the computation"),
         "origin": (
             "",
-            ("what the results come from, by which a later run recognizes them"),
+            "what the results come from, by which a later run recognizes them",
         ),
-        "outputs": ("", ("SHA-256 of each file that was written, by its name")),
+        "outputs": ("", "SHA-256 of each file that was written, by its name"),
         "blocks": (
             "",
-            ("names of the folders with the results of a batch; of batch only"),
+            "names of the folders with the results of a batch; of batch only",
         ),
         "seal": (
             "",
@@ -74,16 +74,16 @@ BLOCK = Part(
         "name": ("", "name of the block"),
         "project": (
             "",
-            ("project that the block belongs to; absent if none was given"),
+            "project that the block belongs to; absent if none was given",
         ),
         "operator": (
             "",
-            ("person or office responsible for the results; absent if none was given"),
+            "person or office responsible for the results; absent if none was given",
         ),
-        "crs": ("", ("reference system of the block; null if none was given")),
+        "crs": ("", "reference system of the block; null if none was given"),
         "approximate_m_0_m": (
             "m",
-            ("stated TOTAL of given approximate points; null if none was stated"),
+            "stated TOTAL of given approximate points; null if none was stated",
         ),
         "shared_errors_m": (
             "m",
@@ -94,7 +94,7 @@ BLOCK = Part(
         ),
         "group_errors_m": (
             "m",
-            ("stated TOTAL of the shift that points of one group share, by table"),
+            "stated TOTAL of the shift that points of one group share, by table",
         ),
         "correlation_lengths_m": (
             "m",
@@ -112,7 +112,7 @@ BLOCK = Part(
         ),
         "notes": (
             "",
-            ("what was ignored, filled in or reprojected while reading, in English"),
+            "what was ignored, filled in or reprojected while reading, in English",
         ),
     },
 )
@@ -125,7 +125,7 @@ OUTPUT = Part(
         "codes": ("", "codes of the operation, such as EPSG:1619"),
         "accuracy_m": (
             "m",
-            ("accuracy of the operation, as stated by PROJ or by crs_accuracy_m"),
+            "accuracy of the operation, as stated by PROJ or by crs_accuracy_m",
         ),
         "grids": ("", "names of the grid files that the operation needs"),
     },
@@ -147,7 +147,7 @@ EACH_FLIGHT = Part(
         ),
         "principal_distance_mm": (
             "mm",
-            ("principal distance; absent without image coordinates"),
+            "principal distance; absent without image coordinates",
         ),
         "camera": (
             "",
@@ -178,7 +178,7 @@ CAMERA = Part(
     names={
         "convention": (
             "",
-            ("axes, units and signs of the constants: opencv, metashape or mm"),
+            "axes, units and signs of the constants: opencv, metashape or mm",
         ),
         "f": ("", "focal length in pixels (metashape)"),
         "fx": ("", "focal length in pixels along x (opencv)"),
@@ -203,11 +203,11 @@ CAMERA = Part(
         "width": ("", "width of the image in pixels"),
         "height": ("", "height of the image in pixels"),
         "pixel_size_um": ("µm", "width of a pixel"),
-        "b1": ("", ("affinity of the pixels in pixels (metashape); absent if it is 0")),
-        "b2": ("", ("skew of the pixels in pixels (metashape); absent if it is 0")),
-        "k1": ("", ("first coefficient of the radial distortion; absent if it is 0")),
-        "k2": ("", ("second coefficient of the radial distortion; absent if it is 0")),
-        "k3": ("", ("third coefficient of the radial distortion; absent if it is 0")),
+        "b1": ("", "affinity of the pixels in pixels (metashape); absent if it is 0"),
+        "b2": ("", "skew of the pixels in pixels (metashape); absent if it is 0"),
+        "k1": ("", "first coefficient of the radial distortion; absent if it is 0"),
+        "k2": ("", "second coefficient of the radial distortion; absent if it is 0"),
+        "k3": ("", "third coefficient of the radial distortion; absent if it is 0"),
         "k4": (
             "",
             (
@@ -217,11 +217,11 @@ CAMERA = Part(
         ),
         "p1": (
             "",
-            ("first coefficient of the tangential distortion; absent if it is 0"),
+            "first coefficient of the tangential distortion; absent if it is 0",
         ),
         "p2": (
             "",
-            ("second coefficient of the tangential distortion; absent if it is 0"),
+            "second coefficient of the tangential distortion; absent if it is 0",
         ),
     },
 )
@@ -260,11 +260,11 @@ VERSIONS = Part(
         "pyproj": ("", "version of pyproj"),
         "pyogrio": ("", "version of pyogrio"),
         "shapely": ("", "version of shapely"),
-        "PROJ": ("", ("version of PROJ, which transforms between reference systems")),
+        "PROJ": ("", "version of PROJ, which transforms between reference systems"),
         "EPSG": ("", "version of the EPSG database in PROJ"),
         "PROJ-data": (
             "",
-            ("version of the grids that PROJ knows of; empty if it does not say"),
+            "version of the grids that PROJ knows of; empty if it does not say",
         ),
     },
 )

@@ -51,6 +51,9 @@ from einschalt.theory.adjustment.point_operator import (
 
 PLAN_COLUMNS = [*PLAN]
 MOVES = ["iteration", "largest_move", "point_id", "move_rms"]
+# whose residuals are tested with their covariances: in each further pass more of the
+# block stands behind a point, and they take three times as long
+MOST_TESTED = 3
 # nothing that is signed for changes by less
 LEAST_MOVE = 0.001  # metres
 
@@ -228,8 +231,12 @@ class PassErrors:
 
     def __init__(self, block, model, low_points):
         self.block, self.model, self.low_points = block, model, low_points
-        self._steps = _Steps(block, model.axes, low_points)
         self._states = []  # after each pass
+
+    @cached_property
+    def _steps(self):
+        """Made where there are further passes."""
+        return _Steps(self.block, self.model.axes, self.low_points)
 
     def iterated_model(self, passes) -> "IteratedErrorModel":
         """Model of errors of the last pass."""
@@ -254,8 +261,10 @@ class PassErrors:
         """Covariances of what the next pass is fitted with, ground less measured.
 
         A function of pairs of rows of the low flight's points, (n_pairs, 2), that gives
-        (n_pairs, 2, 2) [m²].
+        (n_pairs, 2, 2) [m²]; None of passes after the third.
         """
+        if len(passes) >= MOST_TESTED:
+            return None
         known = SharedCovariances()
         chains = cache(lambda: self._chains_after(passes))
         sizes = self._steps.sizes(self.model)
