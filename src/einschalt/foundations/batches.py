@@ -128,6 +128,21 @@ def segment_min_max(values, start):
     return smallest, largest
 
 
+def sum_by_group(group, values):
+    """Sum of the complex rows of each group, 0 to its largest number.
+
+    ``values`` has the shape (n_rows,) or (n_rows, n_columns).
+
+    >>> sum_by_group(np.array([1, 0, 1]), np.array([1.0, 5.0, 2j])).tolist()
+    [(5+0j), (1+2j)]
+    """
+    columns = values.reshape(len(values), -1).T
+    sums = [
+        np.bincount(group, c.real) + 1j * np.bincount(group, c.imag) for c in columns
+    ]
+    return np.stack(sums, axis=-1).reshape(-1, *values.shape[1:])
+
+
 def numbered(places):
     """The places that are used, ascending, and where each stands among them.
 

@@ -31,7 +31,8 @@ def flight(seed, n_models, kind):
     }[kind]
     value = 1e3 * point + rng.normal(0.0, 0.05, (len(point), 2)) @ np.array([1.0, 1j])
     weight = rng.uniform(0.5, 2.0, len(point)) * 400.0
-    return ModelValues(design, model, point, value, weight, np.zeros((len(point), 0)))
+    nothing = np.zeros((len(point), 0))
+    return ModelValues(design, model, point, value, weight, nothing, nothing)
 
 
 def dense(flights, control):
@@ -40,28 +41,32 @@ def dense(flights, control):
     flights = [replace(f, design=np.hstack([f.design, f.bent])) for f in flights]
     n_each = [f.design.shape[1] * (1 + f.model.max()) for f in flights]
     n_parameters = sum(n_each)
+    n_points = N_POINTS + sum(f.common.shape[1] for f in flights)
+    first_common = n_parameters + N_POINTS
     rows, right, weight = [], [], []
     before = 0
     for f, n in zip(flights, n_each, strict=True):
         k = f.design.shape[1]
-        for d, m, p, v, w in zip(
-            f.design, f.model, f.point, f.value, f.weight, strict=True
+        for d, c, m, p, v, w in zip(
+            *(f.design, f.common, f.model, f.point, f.value, f.weight), strict=True
         ):
-            row = np.zeros(n_parameters + N_POINTS, dtype=complex)
+            row = np.zeros(n_parameters + n_points, dtype=complex)
             row[before + m * k : before + (m + 1) * k] = d
             row[n_parameters + p] = -1.0
+            row[first_common : first_common + len(c)] = c
             rows.append(row)
             right.append(-v)
             weight.append(w)
         # what bends a model is observed as 0, with variance 1
         for column in range(before, before + n):
             if (column - before) % k >= k - n_bent:
-                rows.append(np.eye(n_parameters + N_POINTS, dtype=complex)[column])
+                rows.append(np.eye(n_parameters + n_points, dtype=complex)[column])
                 right.append(0.0)
                 weight.append(1.0)
         before += n
+        first_common += f.common.shape[1]
     for p, v, w in zip(control.point, control.value, control.weight, strict=True):
-        row = np.zeros(n_parameters + N_POINTS, dtype=complex)
+        row = np.zeros(n_parameters + n_points, dtype=complex)
         row[n_parameters + p] = 1.0
         rows.append(row)
         right.append(v)
@@ -126,8 +131,40 @@ def test_models_that_are_bent_tell_less_of_control():
     check(flights, control)
 
 
-def check(flights, control):
-    scores, information = control_information(flights, control)
+@pytest.mark.parametrize(
+    "kinds", [("affine", "affine"), ("helmert", "affine"), ("helmert", "helmert")]
+)
+def test_terms_that_models_share_may_have_any_size(kinds):
+    """Against the same columns as unknowns of each flight."""
+    rng = np.random.default_rng(8)
+    flights = [flight(1, 4, kinds[0]), flight(2, 7, kinds[1])]
+    flights = [
+        replace(part, common=rng.standard_normal((len(part.point), n)) * (0.3 + 0.1j))
+        for part, n in zip(flights, (2, 1), strict=True)
+    ]
+    value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
+    control = ControlValues(CONTROL, value, np.full(5, 600.0))
+    check(flights, control, frees_terms=True)
+    scores, information = control_checks(flights, control).written_out(frees_terms=True)
+    # whatever the models are displaced by such terms, control is told the same
+    moved = [
+        replace(part, value=part.value + part.common @ (3.0 + np.arange(n) * 2j))
+        for part, n in zip(flights, (2, 1), strict=True)
+    ]
+    checks = control_checks(moved, control)
+    moved_scores, moved_information = checks.written_out(frees_terms=True)
+    largest = np.abs(scores).max()
+    np.testing.assert_allclose(moved_scores, scores, atol=1e-6 * largest)
+    np.testing.assert_allclose(moved_information, information)
+    # and less than without them
+    more = control_information(flights, control)[1] - information
+    assert np.linalg.eigvalsh(more)[0] > -1e-6 * np.trace(information)
+    assert np.trace(more) > 1e-3 * np.trace(information)
+
+
+def check(flights, control, *, frees_terms=False):
+    checks = control_checks(flights, control)
+    scores, information = checks.written_out(frees_terms=frees_terms)
     expected_scores, expected = dense(flights, control)
     scale = np.abs(expected).max()
     np.testing.assert_allclose(information, expected, atol=1e-5 * scale)

@@ -39,6 +39,8 @@ class SmoothPattern(NamedTuple):
     p_value: float  # of the test against errors of the given sizes
     # of the test against errors that are all larger by one factor
     p_value_if_scaled: float
+    # twice the logarithm, against errors of the given sizes
+    likelihood_ratio: float
     # (n, 2): the displacement of each point as it is estimated [m]; what a shift of all
     # of them does is not seen
     field: np.ndarray
@@ -73,7 +75,7 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
     largest = max(values.max(initial=0.0), 1e-300)
     is_known = values > LEAST_RANK * largest
     if (values > COARSEST_CHECK * largest).sum() < LEAST_CHECKS:
-        return SmoothPattern(*[np.nan] * 4, np.full(xy.shape, np.nan))
+        return SmoothPattern(*[np.nan] * 5, np.full(xy.shape, np.nan))
     root = vectors[:, is_known] * np.sqrt(values[is_known])
     # W = root rootᵀ; observed has the variance 1 without a pattern
     observed = (vectors[:, is_known] / np.sqrt(values[is_known])).T @ scores
@@ -86,6 +88,7 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
         best.reach,
         _probability(best.if_given),
         _probability(max(field.if_scaled for field in tried)),
+        float(best.if_given),
         best.field,
     )
 

@@ -15,10 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.batches import sum_by_group
+
 AFFINITY = "affinity"
 QUADRATIC = "quadratic"
 CUBIC = "cubic"
 DEGREE = {QUADRATIC: 2, CUBIC: 3}
+COMPLEX = np.array([1.0, 1j])
 
 
 @dataclass(frozen=True)
@@ -68,11 +71,61 @@ def displacement(family, position):
         stretch = np.stack([x, -y], -1) / 2.0
         shear = np.stack([y, x], -1) / 2.0
         return np.stack([stretch, shear], -1)
-    degree = DEGREE[family]
-    powers = np.stack([x ** (degree - k) * y**k for k in range(degree + 1)], -1)
+    powers = _powers(family, position)
     nil = np.zeros_like(powers)
     along, across = np.stack([powers, nil], 1), np.stack([nil, powers], 1)
     return np.concatenate([along, across], -1)
+
+
+def _powers(family, position):
+    """Products of x and y of the degree of a family of polynomials, (n, degree + 1)."""
+    x, y = position.T
+    degree = DEGREE[family]
+    return np.stack([x ** (degree - k) * y**k for k in range(degree + 1)], -1)
+
+
+def polynomials_on_ground(xy, model, ground, size):
+    """What the polynomials do on the ground, by complex coefficients.
+
+    Parameters
+    ----------
+    xy : ndarray, shape (n, 2)
+        Positions in the models of a flight [model units].
+    model : ndarray of int, shape (n,)
+        Model of each; each number has rows.
+    ground : ndarray, shape (n, 2)
+        Easting, northing of each by the transformation of its model [m].
+    size : float
+        Displacement at the edge of a model by a coefficient of 1, in the scale that the
+        models have in the middle [m].
+
+    Returns
+    -------
+    ndarray of complex, shape (n, 7)
+        Easting + i northing of the displacements by the three quadratic and the four
+        cubic terms, turned and scaled like the model [m]; models that are mirrored are
+        turned as they lie.
+    """
+    position, _ = positions_in_model(xy, model)
+    powers = np.column_stack([_powers(family, position) for family in DEGREE])
+    turn = _turn_of_models(position, model, ground)
+    return (size / np.median(np.abs(turn)) * turn)[model, None] * powers
+
+
+def _turn_of_models(position, model, ground):
+    """Factor from a displacement in each model to one on the ground: complex.
+
+    That of z, or of its conjugate where a model is mirrored.
+    """
+    count = np.bincount(model)
+    z, place = (
+        part - (sum_by_group(model, part) / count)[model]
+        for part in (position @ COMPLEX, ground @ COMPLEX)
+    )
+    upright, mirrored = (sum_by_group(model, place * part) for part in (z.conj(), z))
+    square = np.bincount(model, np.abs(z) ** 2)
+    turn = np.where(np.abs(upright) >= np.abs(mirrored), upright, mirrored)
+    return turn / np.where(square > 0.0, square, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

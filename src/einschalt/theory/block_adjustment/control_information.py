@@ -4,7 +4,8 @@ Every value of a point in a model is D θ, with the parameters θ of the model; 
 itself stands between its values. Eliminating the points leaves the normal equations of
 the models, and these tell how far every control point is from where the rest has it.
 Everything is linear about the values that are there already; one complex number stands
-for easting and northing where the transformations allow it.
+for easting and northing where the transformations allow it. Terms that all models of a
+flight share are few, and border these equations.
 
 Source: partitioned normal equations of an adjustment of independent models; see
 docs/theory/systematic_patterns.md.
@@ -15,8 +16,9 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import block_diag
 
-from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.batches import segment_sum, sum_by_group
 from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.point_elimination import (
@@ -34,6 +36,8 @@ MOST_OF_RIDGE = 20.0
 # times what errors of measurement in the design make of a linear field: likewise; and
 # how much of what is known of a point may be taken for that
 MOST_OF_ERRORS, LARGEST_NOISE = 20.0, 1e-4
+# of the best known sum of terms: less is left by rounding
+LEAST_OF_TERMS = 1e-9
 AT_ONCE = 256  # right sides: more would take much memory
 
 
@@ -52,6 +56,9 @@ class ModelValues:
     # (n_values, n_bent): what deformations that each model has for itself do, by
     # coefficients of variance 1 in each axis [m]
     bent: np.ndarray
+    # complex (n_values, n_common): displacement by terms that all of them share, whose
+    # complex coefficients are of variance 1 in each axis, if there are such terms [m]
+    common: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +68,35 @@ class ControlValues:
     point: np.ndarray  # (n,): which point each is; none twice
     value: np.ndarray  # complex (n,): as in ModelValues [m]
     weight: np.ndarray  # (n,), 1 / σ² of one coordinate [1/m²]
+
+
+@dataclass(frozen=True, eq=False)
+class CommonTermsFound:
+    """What the adjustment of everything knows of terms that models share.
+
+    As of errors of control: the weighted sums of what is left, and their covariances.
+    """
+
+    scores: np.ndarray  # complex (n_common,)
+    information: np.ndarray  # complex (n_common, n_common)
+    with_control: np.ndarray  # complex (n_control, n_common)
+
+    @property
+    def likelihood_ratio(self):
+        """Twice the logarithm: of terms of variance 1 against none."""
+        values, vectors = np.linalg.eigh(self.information)
+        squares = np.abs(vectors.conj().T @ self.scores) ** 2
+        variance = 1.0 + np.maximum(values, 0.0)
+        return float(np.sum(squares / variance - 2.0 * np.log(variance)))
+
+    def set_free(self, scores, information):
+        """Scores (n,) and information (n, n) of control, whatever the terms are."""
+        values, vectors = np.linalg.eigh(self.information)
+        is_known = values > LEAST_OF_TERMS * values.max(initial=0.0)
+        root = vectors[:, is_known] / np.sqrt(values[is_known])
+        taken = self.with_control @ root
+        scores = scores - taken @ (root.conj().T @ self.scores)
+        return scores, information - np.real(taken @ taken.conj().T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +117,7 @@ class ControlChecks:
     # information that the ridge, and errors in the design, may make of a shift or a
     # strain of everything, which nothing checks [1/m²]
     noise: float
+    common: CommonTermsFound
 
     @cached_property
     def scores(self):
@@ -90,6 +127,21 @@ class ControlChecks:
     def scores_by(self, information):
         """The same, of the information written out."""
         return self._scores(information @ self.closed)
+
+    def written_out(self, *, frees_terms=False):
+        """Scores, and the information (n_control, n_control).
+
+        Where it ``frees_terms``, those that models share may have any size.
+        """
+        information, scores = self._information, self.scores_by(self._information)
+        information = np.real(information)
+        if frees_terms:
+            scores, information = self.common.set_free(scores, information)
+        return _checked(scores, information, self.noise)
+
+    @cached_property
+    def _information(self):
+        return np.diag(self.own) - _answers(self.factor, self.pull, self.pull)
 
     def _scores(self, of_closed):
         return np.where(self.is_held, of_closed + self.asked, 0.0)
@@ -130,7 +182,7 @@ def control_information(flights, control):
     Parameters
     ----------
     flights : sequence of ModelValues
-        Their models are counted apart, their points together.
+        Their models are counted apart, and so are common terms; their points together.
     control : ControlValues
 
     Returns
@@ -143,11 +195,7 @@ def control_information(flights, control):
         W = P - P Q P [1/m²], Q being the cofactors of the adjusted control points. The
         real part where transformations are complex.
     """
-    checks = control_checks(flights, control)
-    pull = checks.pull
-    information = np.diag(checks.own) - _answers(checks.factor, pull, pull)
-    scores = checks.scores_by(information)
-    return _checked(scores, np.real(information), checks.noise)
+    return control_checks(flights, control).written_out()
 
 
 def control_checks(flights, control) -> ControlChecks:
@@ -165,23 +213,22 @@ def control_checks(flights, control) -> ControlChecks:
     given[place[is_held], 0, 0] = control.weight[is_held]
     design = np.hstack([values.design, values.bent])[rows]
     system = _system(incidence, design, values.weight[rows], given)
-    # about the mean of its values a point asks nothing of the models
-    value = values.value[rows]
-    total = np.bincount(incidence.point, system.weights[:, 0])
-    centre = _sums(incidence.point, system.weights[:, 0] * value) / total
+    columns = np.column_stack([values.value, values.common])[rows]
+    offset, closed = _about_means(columns, system, place, control.value)
     factor = _factor(system, ordering, values.bent.shape[1])
     # no model holds the others: they are where they are given
     part = np.ones(len(place))
     part[is_held] = (system.inverse * given)[place[is_held], 0, 0]
     pull = _pull(system, place, part)
-    closed = np.zeros(len(place), dtype=complex)
-    closed[is_held] = control.value[is_held] - centre[place[is_held]]
-    moved = _solution(factor, system, value - centre[incidence.point])
+    own = control.weight * (1.0 - part)
+    asked = _gradient(system, offset)
+    common = _common(factor, (asked, pull), (offset, system.weights), (closed, own))
+    moved = _solved(factor, asked[:, :1])[:, 0]
     ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
     return ControlChecks(
         is_held=is_held,
-        own=control.weight * (1.0 - part),
-        closed=closed,
+        own=own,
+        closed=closed[:, 0],
         asked=pull.conj().T @ moved,
         pull=pull,
         weight=control.weight,
@@ -189,7 +236,39 @@ def control_checks(flights, control) -> ControlChecks:
         system=system,
         factor=factor,
         noise=max(MOST_OF_RIDGE * ridge, _noise_of_design(len(rows), control)),
+        common=common,
     )
+
+
+def _about_means(columns, system, place, control):
+    """Columns of all values, and of control, less the means of the values of a point.
+
+    About its mean a point asks nothing of the models. The first column is that of the
+    coordinates, the others are displacements, which control does not have.
+    """
+    incidence, is_held = system.incidence, place >= 0
+    total = np.bincount(incidence.point, system.weights[:, 0])[:, None]
+    centre = sum_by_group(incidence.point, system.weights * columns) / total
+    closed = np.zeros((len(place), columns.shape[1]), dtype=complex)
+    closed[is_held] = -centre[place[is_held]]
+    closed[is_held, 0] += control[is_held]
+    return columns - centre[incidence.point], closed
+
+
+def _common(factor, asked, offsets, closed):
+    """Common terms beside the values, which are the first of all columns.
+
+    ``asked`` is that of the models, and the pull of control on them; ``offsets`` are
+    those of the values from the means of their points, with weights, ``closed`` those
+    of control.
+    """
+    (asked, pull), (offset, weight), (closed, own) = asked, offsets, closed
+    asked = asked - pull @ closed
+    moved = _solved(factor, asked)
+    left = offset.conj().T @ (weight * offset)
+    left += closed.conj().T @ (own[:, None] * closed) - asked.conj().T @ moved
+    with_control = own[:, None] * closed + pull.conj().T @ moved
+    return CommonTermsFound(left[1:, 0], left[1:, 1:], with_control[:, 1:])
 
 
 def _noise_of_design(n_values, control):
@@ -249,6 +328,7 @@ def _joined(flights):
         np.concatenate([flight.value for flight in flights])[order],
         np.concatenate([flight.weight for flight in flights])[order],
         np.concatenate([flight.bent for flight in flights])[order],
+        block_diag(*(flight.common for flight in flights))[order],
     )
 
 
@@ -257,15 +337,10 @@ def _ordering_of(values, n_points):
     incidence = incidence_of(
         values.model, values.point, 1 + int(values.model[-1]), n_points
     )
-    middle = _sums(values.model, values.value) / np.bincount(values.model)
+    middle = sum_by_group(values.model, values.value) / np.bincount(values.model)
     positions = np.column_stack([middle.real, middle.imag])
     n_real = values.design.shape[1] * (1 + np.iscomplexobj(values.design))
     return order_placed(incidence, lambda: positions, n_real)
-
-
-def _sums(group, values):
-    """Sums of complex values by group."""
-    return np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)
 
 
 def _system(incidence, design, weight, given):
@@ -318,14 +393,32 @@ def _answers(factor, pull, asked):
     return np.hstack(answers)
 
 
-def _solution(factor, system, offset):
-    """Unknowns of the models from the values alone, about the points' own means."""
-    if np.iscomplexobj(system.design):
-        right = system.gradient(offset[:, None, None])
-        return factor.solve(right).ravel()
-    right = system.gradient(np.stack([offset.real, offset.imag], axis=-1)[:, None, :])
-    moved = factor.solve(right)
-    return (moved[:, :, 0] + 1j * moved[:, :, 1]).ravel()
+def _gradient(system, offset):
+    """What complex offsets of all values ask of the models, (n_unknowns, n_columns)."""
+    parts = _parts(offset, system.design)
+    gradient = [system.gradient(part[:, None, :]) for part in parts]
+    return _whole([part.reshape(-1, offset.shape[1]) for part in gradient])
+
+
+def _solved(factor, asked):
+    """Unknowns of the models that (n_unknowns, n_columns) ask for."""
+    shape = (*factor.is_held.shape, -1)
+    parts = _parts(asked, factor.panels)
+    return _whole(
+        [factor.solve(part.reshape(shape)).reshape(asked.shape) for part in parts]
+    )
+
+
+def _parts(columns, like):
+    """Complex columns as they are, or both parts where a system is real."""
+    if np.iscomplexobj(like):
+        return [columns]
+    # kernels would be compiled once more for parts that are not contiguous
+    return [np.ascontiguousarray(part) for part in (columns.real, columns.imag)]
+
+
+def _whole(parts):
+    return parts[0] if len(parts) == 1 else parts[0] + 1j * parts[1]
 
 
 def with_shared_errors(scores, information, shared):

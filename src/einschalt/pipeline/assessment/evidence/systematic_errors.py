@@ -25,10 +25,13 @@ from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
 from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
+from einschalt.theory.block_adjustment.common_parameters import (
+    polynomials_on_ground,
+)
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
-    control_information,
+    control_checks,
     with_shared_errors,
 )
 from einschalt.theory.transformation.affinity import (
@@ -96,6 +99,10 @@ class NetworkStrain:
     # point_id, easting, northing of the displacement of each control point as it is
     # estimated [m], the largest first; what is common to all of them is not seen
     displacements: pd.DataFrame
+    # twice the logarithm, of the pattern against none
+    likelihood_ratio: float = field(
+        default=np.nan, repr=False, metadata={IS_PLAIN: False}
+    )
     # that it was found in
     scores: ControlScores | None = field(
         default=None, repr=False, metadata={IS_PLAIN: False}
@@ -164,9 +171,7 @@ def strain_without(examined, wrong):
     is_free = np.isin(names, list(wrong))
     if not is_free.any():
         return strain
-    scores = scores.without(is_free)
-    xy = values_of(control, ["easting", "northing"])[scores.places]
-    return _strain_of(scores, xy - xy.mean(axis=0), control)
+    return _strain_of(scores.without(is_free), control)
 
 
 def beyond_strain_test(examined):
@@ -267,25 +272,46 @@ def _strain(examined, transformations, errors, affine):
         is_out = gross_rows(examined, name, transformation)
         values = FlightValues.of(transformation, table, codes, errors[name], is_out)
         displaced = values.displaced(bent, number)
-        flights.append(values.about(origin, displaced, is_affine=name in affine))
+        flights.append(
+            values.about(
+                origin, displaced, is_affine=name in affine, may_be_curved=True
+            )
+        )
     xy = values_of(control, ["easting", "northing"])[is_used] - origin
     given = ControlValues(
         names.codes[:n_control][is_used],
         xy @ np.array([1.0, 1j]),
         errors["control"][is_used] ** -2.0,
     )
-    scores, information = control_information(flights, given)
-    scores = np.column_stack([scores.real, scores.imag])
+    shared = None
     if examined.shares_control_errors:
         shared = _shared(examined.propagation.high.control, errors, is_used)
+    checks, places = control_checks(flights, given), np.flatnonzero(is_used)
+    return _likeliest_strain(checks, places, shared, control)
+
+
+def _likeliest_strain(checks, places, shared, control):
+    """NetworkStrain, beside curved models if these are likelier than it is."""
+    strain = _strain_of(_scores(checks, places, shared), control)
+    if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
+        return strain
+    # models that are curved alike make a block that is curved, and control with it
+    return _strain_of(_scores(checks, places, shared, frees_terms=True), control)
+
+
+def _scores(checks, places, shared, *, frees_terms=False):
+    """ControlScores of what is known of control, with what its errors ``shared``."""
+    scores, information = checks.written_out(frees_terms=frees_terms)
+    scores = np.column_stack([scores.real, scores.imag])
+    if shared is not None:
         scores, information = with_shared_errors(scores, information, shared)
-    return _strain_of(
-        ControlScores(np.flatnonzero(is_used), scores, information), xy, control
-    )
+    return ControlScores(places, scores, information)
 
 
-def _strain_of(scores, xy, control):
+def _strain_of(scores, control):
     """NetworkStrain that scores of control show; None without redundancy."""
+    xy = values_of(control, ["easting", "northing"])[scores.places]
+    xy = xy - xy.mean(axis=0)
     found = smooth_pattern(scores.values, scores.information, xy)
     if not np.isfinite(found.p_value):
         return None
@@ -299,6 +325,7 @@ def _strain_of(scores, xy, control):
         is_smooth=found.p_value_if_scaled < SURELY_NOT_SCALED,
         n_control=len(scores.places),
         displacements=moved.iloc[order].reset_index(drop=True),
+        likelihood_ratio=found.likelihood_ratio,
         scores=scores,
     )
 
@@ -342,13 +369,25 @@ class FlightValues:
             return np.zeros((len(self.xy), 0))
         return bent.displacements(number, self.xy, self.model)[0]
 
-    def about(self, origin, displaced, *, is_affine):
-        """Values about an origin, for the adjustment of everything."""
+    def about(self, origin, displaced, *, is_affine, may_be_curved=False):
+        """Values about an origin, for the adjustment of everything.
+
+        All models may be curved alike: by quadratic and cubic terms.
+        """
         value = (self.ground - origin) @ np.array([1.0, 1j])
         design = _design(self.xy, self.model, is_affine=is_affine)
+        common = self.curved() if may_be_curved else np.zeros((len(value), 0))
         return ModelValues(
-            design, self.model, self.point, value, self.weight, displaced
+            design, self.model, self.point, value, self.weight, displaced, common
         )
+
+    def curved(self):
+        """Displacements by polynomials that the models share, complex (n, n_terms).
+
+        At the edge of a model they are as large as an error of measuring.
+        """
+        error = np.median(self.weight) ** -0.5
+        return polynomials_on_ground(self.xy, self.model, self.ground, error)
 
 
 def _design(xy, model, *, is_affine):
