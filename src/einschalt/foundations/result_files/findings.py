@@ -121,6 +121,7 @@ FACT_FLIGHTS = Part(
         ),
         "shear_error": ("rad", "standard error of shear"),
         "bias": ("m", "error in a model that the affinity causes, TOTAL, RMS"),
+        "size": ("m", "displacement of the points by the curvature, TOTAL, RMS"),
     },
 )
 

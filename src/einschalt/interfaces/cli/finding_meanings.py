@@ -162,6 +162,10 @@ MEANINGS = mark_each(
         "film_affinity": (
             "Flights whose models have an affinity that their transformation leaves."
         ),
+        "curved_models": (
+            "Flights whose models have a curvature in common, which the two steps "
+            "leave in the points."
+        ),
         "strained_network": (
             "Control points that are displaced together with their neighbours."
         ),
@@ -391,6 +395,10 @@ CAUSES = mark_each(
         "film_affinity": (
             "Film shrinks differently along and across its length; a helmert or rigid "
             "transformation leaves that in the model."
+        ),
+        "curved_models": (
+            "The lens, film or plotter displaces points by the square or cube of their "
+            "place in the model, in all models alike."
         ),
         "strained_network": (
             "The network of the control is strained: neighbours were determined "

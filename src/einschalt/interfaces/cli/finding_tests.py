@@ -191,6 +191,10 @@ TESTS = mark_each(
         "film_affinity": (
             "A common stretch and shear in the residuals of all models of a flight."
         ),
+        "curved_models": (
+            "Quadratic and cubic terms of each flight, in an adjustment of all models "
+            "with control, against a strain of the control network."
+        ),
         "strained_network": (
             "Whether the displacements of control points are larger than their "
             "standard errors, and alike among neighbours."
@@ -320,6 +324,7 @@ REMEDIES_OF = {
     "settings_that_scatter": ("give_at_least_that_m_g",),
     "scattered_points": ("set_again",),
     "film_affinity": ("set_affine",),
+    "curved_models": ("adjust_or_calibrate",),
     "strained_network": ("check_network_or_adjust", "check_network"),
     "broken_network": ("check_network_in_parts",),
     "contradicting_control": ("look_for_wrong_control_or_raise_errors",),

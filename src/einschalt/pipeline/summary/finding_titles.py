@@ -54,6 +54,7 @@ TITLES = mark_each(
         "settings_that_scatter": "scattered settings",
         "scattered_points": "points with scattered settings",
         "film_affinity": "affinity of film",
+        "curved_models": "models that are curved alike",
         "strained_network": "strained control network",
         "broken_network": "broken control network",
         "contradicting_control": "control points that contradict each other",

@@ -278,6 +278,16 @@ def test_models_that_are_curved_alike_do_not_pass_for_strain(method):
     strain, alone = result.patterns.strain, clean.patterns.strain
     assert strain.p_value == pytest.approx(alone.p_value, abs=0.2)
     assert strain.p_value > 0.05
+    # told, of that flight alone, unless it was modelled
+    codes = {found.code for found in result.assessment.findings}
+    assert ("curved_models" in codes) == (method == "two_step")
+    assert not clean.patterns.curvatures
+    high, low = result.patterns.curvatures
+    assert (high.flight, low.flight) == ("high_flight", "low_flight")
+    assert high.is_significant
+    assert not low.is_significant
+    # 8 µm at the edge, at 1:15000, on the average of (x / edge)² less its mean
+    assert 0.02 < high.size < 0.12
 
 
 def test_strain_is_found_beside_a_wrong_point():

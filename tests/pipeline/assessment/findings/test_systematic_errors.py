@@ -11,6 +11,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     ControlPatterns,
 )
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
+    CommonCurvature,
     FilmAffinity,
     NetworkStrain,
     SystematicPatterns,
@@ -60,6 +61,21 @@ def test_an_affinity_that_nothing_takes_up_is_named():
 )
 def test_other_affinities_are_not(changes):
     assert judges.film_affinity(examined_with(affinity(**changes))) is None
+
+
+@pytest.mark.parametrize(
+    ("size", "p_value", "named"),
+    [(0.05, 1e-6, ["low_flight"]), (0.05, 0.02, None), (0.004, 1e-6, None)],
+)
+def test_models_that_are_curved_alike_are_named(size, p_value, named):
+    curvatures = (
+        CommonCurvature("high_flight", 0.3, 0.5),
+        CommonCurvature("low_flight", size, p_value),
+    )
+    examined = examined_with()
+    examined.patterns = SystematicPatterns((), None, curvatures)
+    found = judges.curved_models(examined)
+    assert (found and list(found.names)) == named
 
 
 def test_smooth_strain_enlarges_the_figure():

@@ -29,6 +29,19 @@ def test_an_affinity_is_said_with_the_way_to_take_it_up():
     )
 
 
+def test_curved_models_are_said_with_the_way_that_models_them():
+    flights = ({"flight": "high_flight", "size": 0.06},)
+    found = Finding(
+        "curved_models",
+        Subject.FLIGHT,
+        remedy="adjust_or_calibrate",
+        facts={"flights": flights},
+    )
+    said = suggestion_of(found)
+    assert "in the high flight by 6.0 cm (total, RMS)" in said.problem
+    assert 'method = "simultaneous"' in said.remedy
+
+
 def strained(remedy="check_network", with_strain=0.13):
     return Finding(
         "strained_network",

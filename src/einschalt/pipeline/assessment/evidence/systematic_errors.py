@@ -29,6 +29,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
     polynomials_on_ground,
 )
 from einschalt.theory.block_adjustment.control_information import (
+    LEAST_OF_TERMS,
     ControlValues,
     ModelValues,
     control_checks,
@@ -61,6 +62,20 @@ class FilmAffinity:
     p_value: float  # joint test of both
     is_absorbed: bool  # whether the transformation takes it up: affine does
     bias: float  # TOTAL error that it makes in a model otherwise, root mean square [m]
+
+    @property
+    def is_significant(self):
+        """Whether chance does not explain it."""
+        return self.p_value < SYSTEMATIC_SIGNIFICANCE
+
+
+@dataclass(frozen=True)
+class CommonCurvature:
+    """Quadratic and cubic terms that the models of a flight have in common."""
+
+    flight: str
+    size: float  # displacement of the points by them, TOTAL, root mean square [m]
+    p_value: float  # joint test of all terms
 
     @property
     def is_significant(self):
@@ -121,6 +136,10 @@ class SystematicPatterns:
     affinities: tuple[FilmAffinity, ...]  # of the flights, as far as they can be tested
     # None where the control points do not check each other, or are too many
     strain: NetworkStrain | None
+    # of the flights, where it is likelier than a strain
+    curvatures: tuple[CommonCurvature, ...] = field(
+        default=(), metadata={IS_PLAIN: False}
+    )
 
     @property
     def scores(self):
@@ -149,12 +168,12 @@ def find_patterns(examined):
     # what film does to models must not pass for a strain of the network
     affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
     # orientations bend models: what that makes would pass for strain
-    strain = None
+    strain, curvatures = None, ()
     has_images = any(flight.has_images for flight in block.flights.values())
     is_bent = ORIENTATION in errors or has_images
     if not is_bent and not beyond_strain_test(examined):
-        strain = _strain(examined, fits, errors, affine)
-    return SystematicPatterns(found, strain)
+        strain, curvatures = _strain(examined, fits, errors, affine)
+    return SystematicPatterns(found, strain, curvatures)
 
 
 def strain_without(examined, wrong):
@@ -252,6 +271,7 @@ def _bias(mean, matrix, fit, is_usable):
 
 
 def _strain(examined, transformations, errors, affine):
+    """NetworkStrain or None, and the curvatures of flights that are likelier."""
     block, bent = examined.block, examined.own_deformation
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
@@ -272,11 +292,8 @@ def _strain(examined, transformations, errors, affine):
         is_out = gross_rows(examined, name, transformation)
         values = FlightValues.of(transformation, table, codes, errors[name], is_out)
         displaced = values.displaced(bent, number)
-        flights.append(
-            values.about(
-                origin, displaced, is_affine=name in affine, may_be_curved=True
-            )
-        )
+        how = {"is_affine": name in affine, "may_be_curved": True}
+        flights.append(values.about(origin, displaced, **how))
     xy = values_of(control, ["easting", "northing"])[is_used] - origin
     given = ControlValues(
         names.codes[:n_control][is_used],
@@ -287,16 +304,28 @@ def _strain(examined, transformations, errors, affine):
     if examined.shares_control_errors:
         shared = _shared(examined.propagation.high.control, errors, is_used)
     checks, places = control_checks(flights, given), np.flatnonzero(is_used)
-    return _likeliest_strain(checks, places, shared, control)
-
-
-def _likeliest_strain(checks, places, shared, control):
-    """NetworkStrain, beside curved models if these are likelier than it is."""
     strain = _strain_of(_scores(checks, places, shared), control)
     if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
-        return strain
+        return strain, ()
     # models that are curved alike make a block that is curved, and control with it
-    return _strain_of(_scores(checks, places, shared, frees_terms=True), control)
+    strain = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
+    return strain, _curvatures(checks.common, flights, tuple(transformations))
+
+
+def _curvatures(found, flights, names):
+    """CommonCurvature of each flight."""
+    covariance = np.linalg.pinv(found.information, LEAST_OF_TERMS, hermitian=True)
+    coefficients, first, curvatures = covariance @ found.scores, 0, []
+    for values, name in zip(flights, names, strict=True):
+        own = slice(first, first := first + values.common.shape[1])
+        information = np.linalg.pinv(
+            covariance[own, own], LEAST_OF_TERMS, hermitian=True
+        )
+        test = np.real(coefficients[own].conj() @ information @ coefficients[own])
+        size = np.sqrt(np.mean(np.abs(values.common @ coefficients[own]) ** 2))
+        p_value = chdtrc(2 * values.common.shape[1], test)
+        curvatures.append(CommonCurvature(name, float(size), float(p_value)))
+    return tuple(curvatures)
 
 
 def _scores(checks, places, shared, *, frees_terms=False):

@@ -57,6 +57,7 @@ KINDS = {
     "settings_that_scatter": (FLIGHT, WARNING),
     "scattered_points": (MEASUREMENTS, WARNING),
     "film_affinity": (FLIGHT, WARNING),
+    "curved_models": (FLIGHT, WARNING),
     "strained_network": (CONTROL, GRAVE),
     "broken_network": (CONTROL, GRAVE),
     "contradicting_control": (CONTROL, WARNING),

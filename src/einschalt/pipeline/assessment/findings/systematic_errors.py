@@ -33,6 +33,33 @@ def film_affinity(examined):
     )
 
 
+def curved_models(examined):
+    """Flights whose models have a curvature in common that two steps leave."""
+    least = MIN_REPORTED_RATIO * examined.figures.mean_within
+    found = [
+        part
+        for part in examined.patterns.curvatures
+        if part.is_significant and part.size > least
+    ]
+    if not found:
+        return None
+    worst = max(found, key=lambda part: part.size)
+    return finding(
+        "curved_models",
+        names=[part.flight for part in found],
+        statistic="displacement by quadratic and cubic terms of all models, RMS",
+        observed=worst.size,
+        expected=0.0,
+        probability=worst.p_value,
+        remedy="adjust_or_calibrate",
+        facts={
+            "flights": tuple(
+                {"flight": part.flight, "size": part.size} for part in found
+            )
+        },
+    )
+
+
 def _affinity(part):
     numbers = ("stretch", "stretch_error", "shear", "shear_error", "bias")
     return {
@@ -185,6 +212,7 @@ def _told_region(region):
 TWO_STEP = (
     displaced_region,
     film_affinity,
+    curved_models,
     strained_network,
     broken_network,
     contradicting_control,

@@ -27,6 +27,10 @@ REMEDIES = mark_each(
             "Check the network there, and give control from another network, since "
             "more points of this one share it"
         ),
+        "adjust_or_calibrate": (
+            'Use method = "simultaneous", which models that, or calibrate camera and '
+            "plotter"
+        ),
         "check_network_or_adjust": (
             "Check the network there, and give control from another network, since "
             "more "
@@ -90,6 +94,24 @@ AFFINITY = mark(
     "in the {flight} x is longer than y by {stretch}, with a shear of {shear}; effect "
     "{bias} (total, RMS)"
 )
+
+
+CURVED = mark("in the {flight} by {size} (total, RMS)")
+
+
+def curved_models(finding):
+    """By how much the models of each flight are curved."""
+    flights = "; ".join(
+        translated(
+            CURVED, flight=flight_name(part["flight"]), size=length(part["size"])
+        )
+        for part in finding.facts["flights"]
+    )
+    return translated(
+        "Models are curved alike, by the square and cube of the position in the model: "
+        "{flights}. That makes control look strained, which it is not",
+        flights=flights,
+    )
 
 
 def film_affinity(finding):
@@ -175,6 +197,7 @@ WORDS = mark_each(
     {
         "displaced_region": displaced_region,
         "film_affinity": film_affinity,
+        "curved_models": curved_models,
         "broken_network": broken_network,
         "strained_network": strained_network,
         "contradicting_control": (
