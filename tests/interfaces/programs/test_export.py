@@ -210,6 +210,58 @@ def test_spatial_covariances_come_back(tmp_path, spatial, module, is_full):
     np.testing.assert_allclose(turned.reshape(9, 9), covariance, rtol=2e-3, atol=1e-8)
 
 
+@pytest.fixture
+def contradicted(spatial):
+    """Points whose stated precision the measurements exceed, each by its own factor."""
+    points, times = spatial.points, np.array([3.0, 1.0, 2.0])
+    believed = {
+        "standard_error_checked": times * points["standard_error_total"],
+        "standard_error_height_checked": 5.0 * points["standard_error_height"],
+    }
+    return replace(spatial, tables={"points": points.assign(**believed)})
+
+
+@pytest.mark.parametrize("is_full", [True, False])
+def test_covariances_are_those_to_believe(tmp_path, spatial, contradicted, is_full):
+    without = {} if is_full else {"covariances": None}
+    known = replace(spatial, **without).covariance()
+    times = np.array([3.0, 3.0, 5.0, 1.0, 1.0, 5.0, 2.0, 2.0, 5.0])
+    covariance = known.full if is_full else block_diag(*known.own)
+    path, handed = tmp_path / "p.gkf", replace(contradicted, **without)
+    notes = gama.write_gama(handed, path)
+    found = of_file(path, gama.read_covariance)[1]
+    expected = covariance * np.outer(times, times)
+    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-15)
+    assert "enlarged, by up to 5 times" in " ".join(notes)
+    assert "enlarged, by up to 5 times" in path.read_text()
+    assert "enlarged" not in " ".join(gama.write_gama(spatial, tmp_path / "q.gkf"))
+    sinex.write_sinex(handed, tmp_path / "p.snx")
+    lines = (tmp_path / "p.snx").read_text().splitlines()
+    comments = lines[: lines.index("-FILE/COMMENT")]
+    assert any("enlarged, by up to 5 times" in line for line in comments)
+    assert max(map(len, comments)) <= 80
+    sizes = of_file(tmp_path / "p.snx", sinex.read_covariance)[1]
+    # a turn from the plane to geocentric axes leaves the sum of the variances
+    point = np.trace(sizes[:3, :3]) / np.trace(expected[:3, :3])
+    assert point == pytest.approx(1.0, rel=2e-3)
+
+
+def test_classes_and_accuracies_are_those_to_believe(tmp_path, contradicted):
+    points = contradicted.points
+    notes = "; ".join(exporting.WRITERS[".con"](contradicted, tmp_path / "p.con"))
+    plan = np.sqrt(np.mean(points["standard_error_checked"] ** 2) / 2.0)
+    height = np.sqrt(np.mean(points["standard_error_height_checked"] ** 2))
+    assert f"class 1: {plan:.3f} m for each coordinate in plan" in notes
+    assert f"class 1 of the list of heights: {height:.3f} m" in notes
+    assert "enlarged, by up to 5 times" in notes
+    notes = "; ".join(exporting.WRITERS[".csv"](contradicted, tmp_path / "p.csv"))
+    assert "enlarged, by up to 5 times" in notes
+    rows = pd.read_csv(tmp_path / "p.csv", skiprows=1)
+    found = rows[["Accuracy_X/Y_(m)", "Accuracy_Z_(m)"]]
+    believed = points[["standard_error_checked", "standard_error_height_checked"]]
+    np.testing.assert_allclose(found, believed / [np.sqrt(2.0), 1.0], atol=5.1e-6)
+
+
 def test_heights_are_written(tmp_path, spatial, monkeypatch):
     monkeypatch.setattr(exporting, "_handed_over", lambda _: (spatial, []))
     files = [tmp_path / f"p{s}" for s in (".dxf", ".xml", ".csv", ".con", ".parquet")]

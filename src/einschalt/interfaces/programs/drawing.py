@@ -36,6 +36,10 @@ ERRORS = (*ERRORS, AttributeError, AssertionError, StopIteration, EOFError)
 LINE = re.compile(r"line[: ]+(\d+)")
 COLUMNS = ["point_id", "easting", "northing", "height", "role"]
 EXPECTED = "a drawing with points, or with block references that bear point numbers"
+ELLIPSES_AS_STATED = (
+    "the ellipses are those of the stated precision, which the measurements exceed; "
+    "the errors of the points are enlarged"
+)
 
 
 def write_dxf(handed, path):
@@ -51,6 +55,8 @@ def write_dxf(handed, path):
         space = document.modelspace()
         _add_points(document, space, handed)
         notes = [_add_ellipses(document, space, handed)]
+        if notes[0] and handed.told_enlargement:
+            notes.append(ELLIPSES_AS_STATED)
         notes.append(_add_residuals(document, space, handed))
         _order_classes(document)
         document.saveas(path)
@@ -89,7 +95,7 @@ def _add_points(document, space, handed):
     for tag in (HEIGHT, ERROR):
         block.add_attdef(tag, (0, 0), dxfattribs=hidden)
     points = handed.points
-    errors = points.get("standard_error_checked", points.get("standard_error_total"))
+    errors = handed.errors_in_plan
     errors = np.full(len(points), np.nan) if errors is None else errors.to_numpy(float)
     places = np.column_stack([handed.coordinates[:, :2], np.nan_to_num(handed.heights)])
     columns = points["point_id"], points["role"], handed.heights, errors, places

@@ -2,7 +2,8 @@
 
 For the next adjustment: ``<coordinates>`` with ``<cov-mat>``, x the northing and y the
 easting in metres, covariances in square millimetres. A result that is in memory is
-written with its full covariance, one from a folder with that of each point.
+written with its full covariance, one from a folder with that of each point; enlarged
+as the errors to believe are, where the stated precision is not supported.
 """
 
 from xml.etree import ElementTree as ET
@@ -35,7 +36,8 @@ def write_gama(handed, path):
     network = ET.SubElement(root, "network")
     network.set("axes-xy", "ne")
     system = "local" if handed.crs is None else label_of(handed.crs)
-    about = f"{handed.name}: densified points, {said}; system {system}"
+    notes = [said, *handed.told_enlargement]
+    about = f"{handed.name}: densified points, {'; '.join(notes)}; system {system}"
     ET.SubElement(network, "description").text = about
     ET.SubElement(network, "parameters", {"sigma-apr": "1", "sigma-act": "apriori"})
     part = ET.SubElement(network, "points-observations")
@@ -53,7 +55,7 @@ def write_gama(handed, path):
     matrix = ET.SubElement(group, "cov-mat", dim=str(n_coordinates), band=str(band))
     matrix.text = _rows(_upper(covariance), n_coordinates)
     path.write_bytes(xml_bytes(root))
-    return [said]
+    return notes
 
 
 def _upper(covariance):

@@ -22,6 +22,7 @@ BETWEEN_AXES = {
     (0, 2): "covariance_eh",
     (1, 2): "covariance_nh",
 }
+UNCHANGED = 1.0 + 1e-9  # but for rounding
 MOST_FULL = 6000  # coordinates whose full covariance is written: 18 million numbers
 
 
@@ -77,6 +78,52 @@ class HandedOver:
             return np.full(len(self.points), np.nan)
         return self.points["height"].to_numpy(dtype=float)
 
+    @property
+    def errors_in_plan(self):
+        """Standard error of each point to believe, TOTAL [m], or None (Series)."""
+        points = self.points
+        return points.get("standard_error_checked", points.get("standard_error_total"))
+
+    @property
+    def errors_in_height(self):
+        """Standard error of each height to believe [m], or None (Series)."""
+        return self.points.get(f"{BY_AXIS[2]}_checked", self.points.get(BY_AXIS[2]))
+
+    @cached_property
+    def enlargement(self):
+        """How many times larger than propagated errors are, (n, 2 or 3), at least 1.
+
+        As far as measurements exceed the stated precision: by those to believe.
+        """
+        plan = self._ratio("standard_error_checked", "standard_error_total")
+        if not self.is_spatial:
+            return np.column_stack([plan, plan])
+        return np.column_stack(
+            [plan, plan, self._ratio(f"{BY_AXIS[2]}_checked", BY_AXIS[2])]
+        )
+
+    def _ratio(self, believed, propagated):
+        if not {believed, propagated} <= set(self.points):
+            return np.ones(len(self.points))
+        sizes = self.points[[believed, propagated]].to_numpy(dtype=float)
+        is_known = np.isfinite(sizes).all(axis=1) & (sizes[:, 1] > 0.0)
+        ratio = sizes[is_known, 0] / sizes[is_known, 1]
+        found = np.ones(len(sizes))
+        found[is_known] = np.maximum(ratio, 1.0)
+        return found
+
+    @property
+    def told_enlargement(self):
+        """Notes that errors are enlarged, one or none."""
+        largest = float(self.enlargement.max(initial=1.0))
+        if not largest > UNCHANGED:
+            return []
+        note = (
+            f"standard errors are enlarged, by up to {largest:.3g} times, since the "
+            "measurements exceed the stated precision"
+        )
+        return [note]
+
     def covariance_of_points(self):
         """Covariance of each point by itself, (n, 2, 2) or (n, 3, 3) [m²]; or None."""
         names = BY_AXIS if self.is_spatial else BY_AXIS[:2]
@@ -94,7 +141,7 @@ class HandedOver:
         """Tell the covariance of the coordinates: Covariance.
 
         The full one where the result is in memory, and not too large; otherwise that of
-        each point by itself.
+        each point by itself. With errors to believe: ``enlargement`` on both sides.
         """
         own = self.covariance_of_points()
         if own is None:
@@ -104,9 +151,12 @@ class HandedOver:
                 remedy="Give the precision of control and flights in the block",
                 file=self.name,
             )
+        times = self.enlargement
+        own = own * times[:, :, None] * times[:, None, :]
         if self.covariances is None or self.coordinates.size > MOST_FULL:
             return Covariance(own)
-        return Covariance(own, self.covariances(self.coordinates.shape[1]))
+        full = self.covariances(self.coordinates.shape[1])
+        return Covariance(own, full * np.outer(times, times))
 
 
 @dataclass(frozen=True, eq=False)

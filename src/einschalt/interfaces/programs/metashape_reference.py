@@ -31,10 +31,11 @@ def write_reference(handed, path):
     The accuracy in plan is that of one coordinate, as Metashape takes it.
     """
     points = handed.points
-    total = points.get("standard_error_checked", points.get("standard_error_total"))
+    total = handed.errors_in_plan
     unknown = pd.Series(np.nan, points.index)
     plan = unknown if total is None else total / np.sqrt(2.0)
-    upright = points.get("standard_error_height", unknown)
+    upright = handed.errors_in_height
+    upright = unknown if upright is None else upright
     columns = (
         *(points[name] for name in ("point_id", "easting", "northing")),
         *(handed.heights, plan, upright, points["role"]),
@@ -46,7 +47,8 @@ def write_reference(handed, path):
     system = [] if handed.crs is None else [f"{SYSTEM}{handed.crs}"]
     lines = "\n".join([*system, HEAD, *rows, ""])
     path.write_text(lines, encoding="utf-8", newline="\n")
-    return ["accuracy in plan is that of one coordinate; check points are not enabled"]
+    said = "accuracy in plan is that of one coordinate; check points are not enabled"
+    return [said, *handed.told_enlargement]
 
 
 def _quoted(name):

@@ -47,10 +47,15 @@ def write_control(handed, path):
     lines.append(f"{END:>12}")
     path.write_text("\n".join([*lines, ""]), encoding="ascii", newline="\n")
     notes = ["after the manual of PAT-B, not tried with the program"]
-    size = handed.points.get("standard_error_total")
+    size = handed.errors_in_plan
     if size is not None:
         each = float(np.sqrt(np.mean(np.square(size)) / 2.0))
         notes.append(f"class 1: {each:.3f} m for each coordinate in plan")
+    size = handed.errors_in_height
+    if upright and size is not None:
+        each = float(np.sqrt(np.mean(np.square(size))))
+        notes.append(f"class 1 of the list of heights: {each:.3f} m")
+    notes += handed.told_enlargement
     if not is_plain:
         listed = pd.DataFrame({"number": numbers, "point_id": names})
         beside = path.with_name(f"{path.stem}_names.csv")

@@ -6,6 +6,7 @@ and their names stand in SITE/ID. Heights are taken for heights above the ellips
 """
 
 from datetime import datetime
+from textwrap import wrap
 
 import numpy as np
 import pandas as pd
@@ -25,6 +26,7 @@ HEAD, KIND = "%", "kind of "
 MATRIX = "SOLUTION/MATRIX_ESTIMATE"
 EXPECTED = "SINEX with SITE/ID, SOLUTION/ESTIMATE and SOLUTION/MATRIX_ESTIMATE L COVA"
 PER_LINE = 3
+WIDTH = 78  # of comments
 
 
 def write_sinex(handed, path):
@@ -56,6 +58,7 @@ def write_sinex(handed, path):
         f"%=SNX 2.02 EIN {epoch} EIN {epoch} {epoch} P {3 * n:05d} 2 S",
         "+FILE/COMMENT",
         f" {handed.name[:60]}: densified points, {said}",
+        *(f" {part}" for note in handed.told_enlargement for part in wrap(note, WIDTH)),
         f" datum of {handed.crs}; heights are taken for heights above its ellipsoid",
         "-FILE/COMMENT",
         *_sites(handed.points["point_id"], path),
@@ -64,7 +67,8 @@ def write_sinex(handed, path):
         "%ENDSNX",
     ]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
-    return [said, "heights are taken for heights above the ellipsoid of the system"]
+    notes = [said, *handed.told_enlargement]
+    return [*notes, "heights are taken for heights above the ellipsoid of the system"]
 
 
 def _epoch(created):
