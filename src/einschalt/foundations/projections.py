@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 import pyproj
+import pyproj.enums
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import offline, system_label
@@ -214,6 +215,14 @@ def degrees_of(easting, northing, crs):
     """
     with offline():
         return to_degrees(crs).transform(easting, northing)
+
+
+def plane_of(longitude, latitude, crs):
+    """Easting and northing of places, as :func:`degrees_of` has them."""
+    with offline():
+        return to_degrees(crs).transform(
+            longitude, latitude, direction=pyproj.enums.TransformDirection.INVERSE
+        )
 
 
 @lru_cache(maxsize=64)

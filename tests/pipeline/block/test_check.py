@@ -9,7 +9,7 @@ import pytest
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import written_in
-from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.axis_order import where_problems
 from einschalt.pipeline.block.block import check_block
 from einschalt.pipeline.block.given_points import points_in_no_model
 from einschalt.pipeline.densification.simultaneous import adjust_block
@@ -52,21 +52,22 @@ def test_axes_without_system_are_believed(demo_block):
     frame = demo_block.control_points.rename(
         columns={"easting": "northing", "northing": "easting"}
     )
-    assert axis_problems(frame, None, "control.csv") == ([], [])
-    assert axis_problems(frame, "EPSG:99999", "control.csv") == ([], [])
+    for crs in (None, "EPSG:99999"):
+        assert where_problems(frame, crs, "control.csv", list) == ([], [])
 
 
 def test_points_far_outside_are_noted_and_most_of_them_an_error(demo_block):
     far = demo_block.control_points.copy()
     far.loc[far.index[:2], ["easting", "northing"]] = 9e6
-    problems, notes = axis_problems(far, "EPSG:31255", "control.csv")
+    system, unmeasured = "EPSG:31255", list
+    problems, notes = where_problems(far, system, "control.csv", unmeasured)
     assert problems == []
     label = "MGI / Austria GK Central (EPSG:31255)"
     said = f"2 of {len(far)} points lie outside the area of use of {label}"
     first, second = far["point_id"].iloc[:2]
     assert notes == [f"control.csv: {said}: {first}, {second}"]
     far = far.assign(easting=9e6, northing=9e6)
-    (problem,), notes = axis_problems(far, "EPSG:31255", "control.csv")
+    (problem,), notes = where_problems(far, system, "control.csv", unmeasured)
     assert f"lie outside the area of use of {label}" in problem.found
     assert notes == []
 

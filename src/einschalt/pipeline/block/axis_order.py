@@ -1,4 +1,4 @@
-"""Easting and northing exchanged, or of another place: told by the area of use."""
+"""Points not where they should lie: axes exchanged, another system, another place."""
 
 import numpy as np
 
@@ -6,27 +6,50 @@ from einschalt.foundations import tables
 from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError, name_some
+from einschalt.foundations.points_elsewhere import (
+    lost_point_problems,
+    other_system_problems,
+)
 from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
 from einschalt.pipeline.block.ways_between_systems import PLANE
 
 
-def axis_problems(frame, crs, source):
-    """Points that do not lie where their system is used, most often exchanged axes.
+def where_problems(frame, crs, source, measured):
+    """Points that lie elsewhere than the others, or not where their system is used.
 
-    Problems, and notes of how many points lie outside either way; ``source`` is the
-    file.
+    Problems, and notes of how many points lie outside; ``source`` is the file, and
+    ``measured`` gives the names that models hold.
     """
     try:
-        return own_axis_problems(frame, read_crs(crs), source) if crs else ([], [])
+        system = read_crs(crs) if crs else None
     except ProjectionError:  # said by check_facts
-        return [], []
+        system = None
+    return own_where_problems(frame, system, source, measured)
+
+
+def own_where_problems(frame, system, source, measured=None):
+    """The same for points in a system of their own, or in none.
+
+    Longitude and latitude of a geographic one stand as easting and northing. Where it
+    is not known what models hold (``measured``), every point counts.
+    """
+    if system is not None and system.is_geographic:
+        return own_axis_problems(frame, system, source)
+    given = frame, system, source, measured
+    problems, notes = other_system_problems(*given), []
+    if not problems and system is not None:
+        problems, notes = own_axis_problems(frame, system, source)
+    if not problems:
+        problems = lost_point_problems(*given)
+    return problems, [] if problems else notes
 
 
 def own_axis_problems(frame, system, source):
-    """The same for points in a system of their own.
+    """Points that do not lie where their system is used, most often exchanged axes.
 
-    Longitude and latitude of a geographic one stand as easting and northing.
+    Problems, and notes of how many points lie outside either way. Longitude and
+    latitude of a geographic system stand as easting and northing.
     """
     axes = ("longitude", "latitude") if system.is_geographic else PLANE
     east, north = (frame[name].to_numpy() for name in PLANE)

@@ -12,12 +12,15 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
-from einschalt.foundations.errors import ConsistencyError, EinschaltError
+from einschalt.foundations.errors import (
+    ConsistencyError,
+    EinschaltError,
+)
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import is_among
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
-from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.axis_order import where_problems
 from einschalt.pipeline.block.facts import FLIGHTS, check_facts
 from einschalt.pipeline.block.given_points import (
     contradictions,
@@ -174,11 +177,13 @@ class _Check:
         return schema.in_unit(UNIT_WORDS[flight.model_unit]) if is_known else schema
 
     def axes(self):
-        """Easting and northing exchanged."""
+        """Easting and northing exchanged, and points in another system."""
         for name in ("control_points", "approximate_points"):
             if self._sound(name):
                 frame, file = self.checked[name], self._file(name)
-                problems, notes = axis_problems(frame, self.block.crs, file)
+                problems, notes = where_problems(
+                    frame, self.block.crs, file, self._all_measured
+                )
                 self.problems += problems
                 self.notes += notes
                 self.are_axes_sound &= not problems
@@ -319,6 +324,10 @@ class _Check:
             problems, notes = points_in_no_model(frame, is_lost, measured, given)
             self.problems += problems
             self.notes += notes
+
+    def _all_measured(self):
+        flights = [name for name in FLIGHTS if self._has_models(name)]
+        return np.concatenate([[], *map(self._measured, flights)])
 
     def _measured(self, flight_name):
         return self._model_table(flight_name)["point_id"].unique()
