@@ -409,6 +409,23 @@ def test_an_area_of_use_is_that_of_all_usages():
     assert area_of(read_source_crs(SITE)) is None
 
 
+@pytest.mark.parametrize(
+    ("crs", "place", "codes"),
+    [
+        ("EPSG:21781", (2_600_000.0, 1_200_000.0), ["2056"]),
+        ("EPSG:2056", (600_000.0, 200_000.0), ["21781"]),
+        ("EPSG:31258", (400_000.0, 5_300_000.0), ["25833", "31285"]),
+        ("EPSG:31255", (462_660.0, 240_134.0), ["31258"]),  # no place in Hungary
+        ("EPSG:31468", (691_000.0, 5_334_000.0), ["25832"]),
+        ("EPSG:25833", (12_000.0, 340_000.0), ["31255", "31256"]),
+        ("EPSG:25833", (6_600_000.0, 200_000.0), []),
+    ],
+)
+def test_likely_systems_are_those_of_the_country(crs, place, codes):
+    fitting, _ = likely_systems(*place, crs)
+    assert [one.rpartition(":")[2].rstrip(")") for one in fitting] == codes
+
+
 def test_likely_systems_lie_at_the_place_and_stand_there_once():
     # numbers of UTM 32 east of its zone: those of 29 to 31 would lie east of theirs
     fitting, there = likely_systems(827095.0, 5347762.0, "EPSG:25832")

@@ -88,8 +88,11 @@ def _outside(easting, northing, crs, source):
     plane, degrees = ("easting", "northing"), ("longitude", "latitude")
     names, digits = (degrees, 2) if crs.is_geographic else (plane, 0)
     ways = []
-    if fitting:
-        ways.append(f"These coordinates fit {', '.join(fitting)}: correct crs")
+    if len(fitting) == 1:
+        ways.append(f"These coordinates fit {fitting[0]}: correct crs")
+    elif fitting:
+        several = " or ".join(fitting)
+        ways.append(f"These coordinates may be in {several}: correct crs")
     if there:
         ways.append(f"The place belongs to {', '.join(there)}: transform into that")
     remedy = ". Or: ".join(ways) or "Check crs, and the unit of the coordinates"
