@@ -331,6 +331,12 @@ def test_an_area_may_lie_over_the_antimeridian(code, inside, outside):
     assert not in_extent(*outside, code)
 
 
+def test_zones_are_used_beyond_their_area():
+    # Bavaria keeps zone 32 as far as Passau and the Bavarian Forest
+    assert in_extent(857_000.0, 5_392_000.0, "EPSG:25832")
+    assert not in_extent(905_000.0, 5_392_000.0, "EPSG:25832")
+
+
 def test_an_operation_over_the_antimeridian_covers_what_lies_there_alone():
     of_new_zealand = Operation(
         "", (), 1.0, (), (), (160.6, -55.95, -171.2, -25.8), None

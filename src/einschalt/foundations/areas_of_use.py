@@ -15,6 +15,9 @@ from einschalt.foundations.projections import read_source_crs, to_degrees
 
 INVERSE = TransformDirection.INVERSE
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
+# zones are kept beyond theirs, as 32 in Bavaria to 13.84° E, 0.17 of its width; of
+# countries are few as tall, and their neighbours have systems of their own
+MARGIN_OF_ZONES, TALL = 0.2, 3.0
 
 
 def area_of(crs):
@@ -58,7 +61,9 @@ def _extent_of(crs):
     if not np.all(np.isfinite(bounds)):
         return None
     west, south, east, north = bounds
-    wide, high = MARGIN * (east - west), MARGIN * (north - south)
+    is_zone = not crs.is_geographic and north - south > TALL * (east - west)
+    wide = (MARGIN_OF_ZONES if is_zone else MARGIN) * (east - west)
+    high = MARGIN * (north - south)
     return west - wide, south - high, east + wide, north + high
 
 
