@@ -2,7 +2,7 @@
 
 import pytest
 
-from einschalt.foundations.near_words import names_meant
+from einschalt.foundations.near_words import names_meant, pair_meant
 
 
 @pytest.mark.parametrize("strange", ["P7", "p-7", "P 7", "P.007", "p_07"])
@@ -25,3 +25,26 @@ def test_none_is_meant_where_several_fit():
 
 def test_signs_alone_are_no_name():
     assert names_meant(["--"], ["x"], [".."]) == {}
+
+
+@pytest.mark.parametrize(
+    ("strange", "name"),
+    [
+        ("1001.0", "1001"),
+        ("1001,00", "1001"),
+        ("Mu\u0308hle 7", "M\u00fchle 7"),
+        ("\u0410\u0415 7", "AE 7"),
+        ("a\u03a1 7", "ap 7"),
+        ("TP\u00a07", "TP 7"),
+    ],
+)
+def test_names_are_the_same_however_programs_write_them(strange, name):
+    assert names_meant([strange], ["x"], [name, "8"]) == {strange: name}
+
+
+def test_a_pair_is_told_where_most_names_have_one():
+    names = [str(number) for number in range(1001, 1041)]
+    assert pair_meant([f"0{name}" for name in names], names) == ("01001", "1001")
+    assert pair_meant(["01001", "7", "8", "9"], names) is None
+    # numbers without gaps turn into others when letters are exchanged
+    assert pair_meant(["1102", "1203", "1304"], ["1012", "1023", "1034"]) is None

@@ -16,6 +16,7 @@ from einschalt.interfaces.cli.work import init as work
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 FLIGHTS = ("high_flight.csv", "low_flight.csv")
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
@@ -381,3 +382,18 @@ def test_a_table_that_was_taken_for_ground_points_is_told_so(invoke, tmp_path):
     assert "taken for ground points, the row repeats row 2" in refused.stderr
     said = "to model_id: one of 'Block', 'Gespann'. Otherwise delete one of the two"
     assert said in " ".join(refused.stderr.split())
+
+
+def test_names_written_otherwise_are_told_before_a_scale_is_asked(invoke, tmp_path):
+    block = simulate_block("demo", seed=2)
+    control, high = block.control_points, block.high_flight.model_points
+    first = control["point_id"].iloc[0]
+    named = control.assign(point_id=control["point_id"] + ".0")
+    named.to_csv(tmp_path / "control.csv", index=False)
+    high.to_csv(tmp_path / "high.csv", index=False)
+    block.low_flight.model_points.to_csv(tmp_path / "low.csv", index=False)
+    result = invoke("init", tmp_path, "--yes")
+    assert result.exit_code == 2
+    said = f"control.csv has '{first}.0', high.csv has '{first}', and they share no"
+    assert said in " ".join(result.output.split())
+    assert not (tmp_path / "block.toml").exists()

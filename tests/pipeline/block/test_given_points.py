@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.foundations.errors import ConsistencyError
+from einschalt.foundations.errors import ConsistencyError, EinschaltError
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.block.given_points import heights_that_are_none
 
@@ -112,3 +112,44 @@ def test_one_model_in_another_unit_is_told_as_one(demo_block):
     points.loc[is_one, ["x", "y"]] *= 1000.0
     with pytest.raises(ConsistencyError, match="is this one in another unit"):
         replace(demo_block, high_flight=replace(flight, model_points=points))
+
+
+def renamed(flight, change):
+    points = flight.model_points
+    renamed = points["point_id"].map(change)
+    return replace(flight, model_points=points.assign(point_id=renamed))
+
+
+def test_names_written_otherwise_are_told_as_pairs_and_no_model_is_deleted(demo_block):
+    def with_names(high, low):
+        flights = {
+            "high_flight": renamed(demo_block.high_flight, high),
+            "low_flight": renamed(demo_block.low_flight, low),
+        }
+        with pytest.raises(EinschaltError) as caught:
+            replace(demo_block, **flights)
+        return getattr(caught.value, "problems", [caught.value])
+
+    first = demo_block.control_points["point_id"].iloc[0]
+    (problem,) = with_names("A{}".format, "A{}".format)
+    assert "holds the point; " in problem.found
+    (problem,) = with_names("0{}".format, "0{}".format)
+    assert f"holds the point, but '0{first}'; " in problem.found
+    assert problem.point == first
+    (problem,) = with_names(str, "{}.0".format)
+    name = demo_block.low_flight.model_points["point_id"].iloc[0]
+    assert problem.remedy == f"Write '{name}.0' here as there, where it is '{name}'"
+
+
+def test_names_that_look_the_same_are_told_by_their_codes(demo_block):
+    control = demo_block.control_points
+    flights = {
+        name: renamed(getattr(demo_block, name), "\u00fc{}".format)
+        for name in ("high_flight", "low_flight")
+    }
+    first = control["point_id"].iloc[0]
+    control = control.assign(point_id="u\u0308" + control["point_id"])
+    with pytest.raises(EinschaltError, match="which looks the same") as caught:
+        replace(demo_block, control_points=control, **flights)
+    said = f"it is 'u\\u0308{first}' here and '\\xfc{first}' there"
+    assert said in str(caught.value)

@@ -2,9 +2,15 @@
 
 from dataclasses import dataclass, field, replace
 
-from einschalt.foundations.errors import FileError, SettingsError, name_some
+from einschalt.foundations.errors import (
+    FileError,
+    SettingsError,
+    TableError,
+    name_some,
+)
 from einschalt.foundations.language import mark_each
 from einschalt.foundations.names import is_among
+from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.interfaces.new_block.guesses import (
     Guess,
     flight_named,
@@ -98,8 +104,40 @@ def propose(found, given) -> Proposal:
         proposal.values["block", "crs"] = Guess(known.crs, f"{known.title} says so")
     for place, value in given.items():
         proposal.values[place] = Guess(value, "as you say")
+    _require_same_names(proposal, known, named)
     proposal.questions = _questions(proposal, named)
     return proposal
+
+
+def _require_same_names(proposal, known, named):
+    """Refuse names that are written otherwise in two tables, where no scale is found.
+
+    A question for the scale number would have an answer, and the block no point.
+    """
+    before = [known]
+    for name, tables in named.items():
+        table = tables.get("model_points", tables.get("image_points"))
+        if table is None:
+            continue
+        if proposal.values.get((name, "scale_number")) is None:
+            for other in before:
+                _require_alike(other, table)
+        before.append(table)
+
+
+def _require_alike(one, other):
+    names, others = (o.frame["point_id"].astype(str) for o in (one, other))
+    if is_among(names, others).any():
+        return
+    pair = pair_meant(names, others.unique())
+    if pair is not None:
+        written = told_apart(*pair)
+        raise TableError(
+            f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
+            "they share no name",
+            expected="the same names in both",
+            remedy="Write them alike, or export one of the files anew",
+        )
 
 
 def _ground_tables(found):

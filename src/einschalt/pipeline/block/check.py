@@ -25,7 +25,9 @@ from einschalt.pipeline.block.facts import FLIGHTS, check_facts
 from einschalt.pipeline.block.given_points import (
     contradictions,
     heights_that_are_none,
+    lack_of_common_points,
     points_in_no_model,
+    with_names_alike,
 )
 from einschalt.pipeline.block.parallaxes import (
     models_without_parallaxes,
@@ -47,9 +49,6 @@ from einschalt.pipeline.block.scales import (
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 MODEL_KEY = ["coverage", "model_id"]
-NAMES_OF_POINTS = "Correct the names of its points, or delete the model"
-# as the simultaneous adjustment says it
-MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +100,7 @@ class _Check:
         self.models = []
         self.notes = []
         self.are_axes_sound = True
+        self.are_names_strange = False  # of all given points, which is said
         self.is_sound = {}
         self.points_of_models = {}
 
@@ -324,6 +324,7 @@ class _Check:
             problems, notes = points_in_no_model(frame, is_lost, measured, given)
             self.problems += problems
             self.notes += notes
+            self.are_names_strange = bool(is_lost.all())
 
     def _all_measured(self):
         flights = [name for name in FLIGHTS if self._has_models(name)]
@@ -361,7 +362,8 @@ class _Check:
         known = frame["point_id"]
         if ground == "control_points":
             known = known[frame["role"] == "control"]
-        self._models_without(flight_name, known, ground)
+        if not self.are_names_strange:
+            self._models_without(flight_name, known, ground)
         if flight_name == "high_flight" and self._has_models("low_flight"):
             self._models_without(
                 "low_flight", self._measured("high_flight"), "the high flight"
@@ -386,11 +388,7 @@ class _Check:
         def problem(place):
             facts = tables.row_location(table, place)
             return ConsistencyError(
-                _common_points_text(common[place], ground.replace("_", " ")),
-                expected="common points"
-                if common[place] == 0
-                else f"at least {least} common points",
-                remedy=NAMES_OF_POINTS if common[place] == 0 else MORE_POINTS,
+                **lack_of_common_points(common[place], least, ground),
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
                 model=facts["model"],
@@ -403,11 +401,7 @@ class _Check:
             self.models += [problem(place) for place in places]
         else:
             rest = "no model has enough common points"
-            self.problems += tables.listed(places, problem, rest)
-
-
-def _common_points_text(number, ground):
-    """How many points of a model are known, and from where."""
-    if number > 1:
-        return f"{number} of its points have coordinates from {ground}"
-    return f"{number or 'none'} of its points has coordinates from {ground}"
+            problems = tables.listed(places, problem, rest)
+            if not has_ground.any():
+                problems = with_names_alike(problems, table["point_id"], known)
+            self.problems += problems

@@ -12,7 +12,12 @@ from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
-from einschalt.foundations.near_words import names_meant
+from einschalt.foundations.near_words import (
+    looks_the_same,
+    names_meant,
+    pair_meant,
+    told_apart,
+)
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -20,6 +25,9 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 PLAN = ["easting", "northing"]
 # of the median distance: TOTAL errors of the low flight; maps of large scales make less
 FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
+NAMES_OF_POINTS = "Correct the names of its points, or delete the model"
+# as the simultaneous adjustment says it
+MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
 MOST_NAMES = 1000  # that tell whether names look like others by chance
 # what programs write where no height is known, and how far it must lie from the others
 NO_HEIGHT = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, -999.0, 9999.0, 99999.0)
@@ -159,7 +167,13 @@ def points_in_no_model(frame, is_lost, measured, given):
     def problem(place):
         found = f"no model of the {flight} holds the point"
         other = meant.get(names.iloc[place])
-        if other is not None:
+        if other is not None and looks_the_same(names.iloc[place], other):
+            here, there = told_apart(names.iloc[place], other)
+            found = (
+                f"no model of the {flight} holds the point, but '{other}', which looks "
+                f"the same: it is '{here}' here and '{there}' there"
+            )
+        elif other is not None:
             found = f"no model of the {flight} holds the point, but '{other}'"
         return ConsistencyError(
             found,
@@ -188,3 +202,36 @@ def _meant(names, is_lost, measured):
     measured = pd.Series(measured)
     others = measured[~is_among(measured, names)]
     return names_meant(names[is_lost], names[~is_lost][:MOST_NAMES], others)
+
+
+def lack_of_common_points(number, least, ground):
+    """Say of a model how many of its points are known, for an error: a dict.
+
+    ``ground``: from where they are known.
+    """
+    if number == 0:
+        expected, remedy = "common points", NAMES_OF_POINTS
+    else:
+        expected, remedy = f"at least {least} common points", MORE_POINTS
+    found = _common_points_text(number, ground.replace("_", " "))
+    return {"found": found, "expected": expected, "remedy": remedy}
+
+
+def with_names_alike(problems, names, known):
+    """Errors of models that share no name with what is known.
+
+    With a pair of names as remedy, where they are written otherwise there.
+    """
+    pair = pair_meant(names, known)
+    if pair is None:
+        return problems
+    here, there = told_apart(*pair)
+    remedy = f"Write '{here}' here as there, where it is '{there}'"
+    return [problem.with_facts(remedy=remedy) for problem in problems]
+
+
+def _common_points_text(number, ground):
+    """How many points of a model are known, and from where."""
+    if number > 1:
+        return f"{number} of its points have coordinates from {ground}"
+    return f"{number or 'none'} of its points has coordinates from {ground}"
