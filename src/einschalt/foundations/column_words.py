@@ -134,6 +134,13 @@ ENDING = re.compile(
 )
 UNITS = {"m": "metres", "mm": "millimetres", "deg": "degrees", "°": "degrees"}
 UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
+# what heights are counted from: m ü. A., m ü. NN, m ü. M., m s.l.m., m a.s.l.
+ABOVE = (
+    r"(?:(?:ü|ue?|über|ueber)[\s.]*(?:a|adria|nn|nhn|m|meer|ell|ellipsoid)"
+    r"|a\.?\s?s\.?\s?l|s\.?\s?l\.?\s?m|s\.?\s?m|nn|nhn|adria|ln\s?02|evrf\d*|dhhn\d*)\.?"
+)
+LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
+METRES_ABOVE = re.compile(rf"[\s,]+m\s*{ABOVE}$", re.IGNORECASE)
 NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
 
@@ -302,14 +309,30 @@ def _fitting(words, name):
 def _without_ending(name):
     """Name without the system that some programs write behind it.
 
+    Nor what heights are counted from, in metres.
+
     >>> _without_ending("Y GK M34"), _without_ending("E_GNSS"), _without_ending("GNSS")
     ('Y', 'E', 'GNSS')
+    >>> _without_ending("Höhe m ü. A.")
+    'Höhe'
     """
     if len(name) > LONGEST_NAME:  # of a column; what is longer is none
         return name
+    name = METRES_ABOVE.sub("", unicodedata.normalize("NFC", name))
     while (plain := ENDING.sub("", name)) != name:
         name = plain
     return name
+
+
+def plain_unit(text):
+    """Unit without brackets, and without what heights are counted from.
+
+    >>> plain_unit("[m ü. A.]"), plain_unit("(mm)"), plain_unit("m s.l.m.")
+    ('m', 'mm', 'm')
+    """
+    unit = unicodedata.normalize("NFC", text[:LONGEST_NAME]).strip("[]() ")
+    above = LENGTH_ABOVE.fullmatch(unit)
+    return unit if above is None else above[1].lower()
 
 
 def _word_in(name, unit):
@@ -320,7 +343,7 @@ def _word_in(name, unit):
     said = UNIT.search(name)
     if said is None:
         return folded(name)
-    is_other = UNITS.get(said[1].strip()) != unit
+    is_other = UNITS.get(plain_unit(said[1])) != unit
     return None if is_other else folded(name[: said.start()])
 
 

@@ -65,6 +65,15 @@ TABLES = {
     "names in two lines and units": (
         "Punktnummer;Lage;;Höhe;Art\n;Rechtswert;Hochwert;;\n;m;m;m;\n" + TEXT
     ),
+    "names in two lines, heights above the Adriatic": (
+        "Punktnummer;Lage;;Höhe;Art\n;Rechtswert;Hochwert;[m ü. A.];\n" + TEXT
+    ),
+    "names in two lines, bare units": (
+        "Punktnummer;Lage;;Höhe;Art\n;Rechtswert;Hochwert;m ü.M.;\n" + TEXT
+    ),
+    "units, heights above NHN": PLAIN.replace("\n", "\n;[m];[m];[m ü. NHN];\n", 1),
+    "heights above their system in brackets": PLAIN.replace("Höhe", "Höhe [m s.l.m.]"),
+    "heights above their system": PLAIN.replace("Höhe", "Höhe m u\u0308. NN"),
     "Swiss thousands": in_groups("'", "."),
     "curly thousands": in_groups("’", "."),
     "blank thousands": in_groups(" ", ","),

@@ -4,7 +4,7 @@ Titles may stand above them, the names may stand in two rows, one below the othe
 a row of units may follow.
 """
 
-from einschalt.foundations.column_words import PLANE, kind_of
+from einschalt.foundations.column_words import PLANE, kind_of, plain_unit
 from einschalt.foundations.decimal_commas import is_measure
 from einschalt.interfaces.files.understood_tables import is_whole_header
 
@@ -33,13 +33,24 @@ def place_of_header(rows, schema, said):
 def joined(upper, lower):
     """Names of two rows, the upper one where the lower is empty; None if it never is.
 
+    Both of them where the lower one is a unit.
+
     >>> joined(["No", "Plane", "", "H"], ["", "E", "N", ""])
     ['No', 'E', 'N', 'H']
+    >>> joined(["No", "Plane", "", "Höhe"], ["", "E", "N", "[m ü. A.]"])
+    ['No', 'E', 'N', 'Höhe [m ü. A.]']
     """
     if len(upper) != len(lower):
         return None
-    names = [low or up for up, low in zip(upper, lower, strict=True)]
+    names = [_one_name(up, low) for up, low in zip(upper, lower, strict=True)]
     return None if names == lower else names
+
+
+def _one_name(upper, lower):
+    is_unit = lower.startswith(("[", "(")) or plain_unit(lower) in LENGTHS
+    if upper and lower and is_unit:
+        return f"{upper} [{lower.strip('[]() ')}]"
+    return lower or upper
 
 
 def with_units(names, cells):
@@ -49,7 +60,7 @@ def with_units(names, cells):
     ['No', 'E [m]', 'N [m]']
     >>> with_units(["No", "E", "N"], ["m", "1.0", "2.0"])
     """
-    units = [cell.strip("[]() ") for cell in cells]
+    units = [plain_unit(cell) for cell in cells]
     is_any = any(unit in LENGTHS for unit in units)
     is_each = {*units} <= LENGTHS | OTHER_UNITS | NO_UNITS
     if not (is_any and is_each and len(names) == len(units)):
