@@ -37,6 +37,7 @@ from einschalt.interfaces.files.csv_parts import (
     read_fast,
     start_of_line,
 )
+from einschalt.interfaces.files.cut_files import require_whole_end
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.files.understood_tables import (
     COMMA,
@@ -86,6 +87,7 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     """
     source = source or Path(path).name
     data, note = read_table_text(path, source)
+    whole = data  # of which an end by Ctrl-Z tells that it is
     data = data.removesuffix(END_OF_DOS)
     data, header = read_header(data, schema, said, source)
     meant = meant_header(
@@ -110,6 +112,7 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     if rows is not None:
         rows.raise_problems(table.frame, schema)
         notes.append(rows.note)
+    require_whole_end(whole, header, source)
     return ReadTable(table.frame, tuple(note for note in notes if note))
 
 

@@ -1,0 +1,56 @@
+"""Texts that end within a row: what a copy that was broken off leaves.
+
+A row with too few values is refused where it is read. One that was cut within its last
+number has as many as the others, and the number is wrong; only that no line end follows
+and that it has fewer decimals than all above it tells.
+"""
+
+import re
+
+from einschalt.foundations.errors import TableError
+
+TAIL_BYTES = 2**16  # that are looked at
+# rows above that tell: all with as many decimals, or with several numbers of them, as
+# programs write that leave zeros out at the end
+FEWEST_ROWS, FEWEST_OF_SEVERAL = 5, 100
+NUMBER = re.compile(r"[+-]?\d*(?:[.,](\d*))?")
+
+
+def require_whole_end(data, header, source):
+    """Refuse a text whose last number was cut off; a TableError.
+
+    ``data``: bytes of the text as they were read, its header with the separator.
+    """
+    if not data or data[-1] in b"\r\n":
+        return
+    tail = data[-TAIL_BYTES:].decode("utf-8", errors="replace")
+    n_lines = data.count(b"\n") + 1
+    lines = tail.splitlines()[-max(n_lines - header.end, 0) :]
+    if len(lines) <= FEWEST_ROWS or '"' in tail:
+        return
+    *above, last = (_last_number(line, header.separator) for line in lines)
+    above = above[1:]  # the first line of the tail may be a part of one
+    known = {n for _, n in above}
+    fewest = FEWEST_ROWS if len(known) == 1 else FEWEST_OF_SEVERAL
+    if len(above) < fewest or None in known:
+        return
+    n_decimals, (text, n_of_last) = min(known), last
+    if n_of_last is not None and n_of_last < n_decimals:
+        raise TableError(
+            f"the file ends within this row: no line end follows, and {text!r} has "
+            f"fewer decimals ({n_of_last}) than all above ({n_decimals} or more)",
+            expected="whole rows",
+            remedy="Copy or export the file again; end the line if the row is whole",
+            file=source,
+            row=n_lines,
+        )
+
+
+def _last_number(line, separator):
+    """The last value of a line, and its number of decimals; None where it is none."""
+    parts = line.split(separator) if separator in line else line.split()
+    text = parts[-1].strip() if parts else ""
+    found = NUMBER.fullmatch(text)
+    if not text or found is None or (separator == "," and "," in text):
+        return text, None
+    return text, len(found[1] or "")
