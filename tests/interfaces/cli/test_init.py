@@ -397,3 +397,20 @@ def test_names_written_otherwise_are_told_before_a_scale_is_asked(invoke, tmp_pa
     said = f"control.csv has '{first}.0', high.csv has '{first}', and they share no"
     assert said in " ".join(result.output.split())
     assert not (tmp_path / "block.toml").exists()
+
+
+def test_scales_are_those_of_the_points_in_one_system(invoke, tmp_path):
+    block = simulate_block("demo", seed=2)
+    control = block.control_points.copy()
+    control[["easting", "northing"]] += [2.6e6, 0.9e6]
+    control.loc[control.index[::2], ["easting", "northing"]] -= [2e6, 1e6]
+    control.to_csv(tmp_path / "control.csv", index=False)
+    for name in ("high", "low"):
+        points = getattr(block, f"{name}_flight").model_points
+        points.to_csv(tmp_path / f"{name}.csv", index=False)
+    result = invoke("init", tmp_path, "--yes", "--crs", "EPSG:2056")
+    output = " ".join(result.output.split())
+    assert result.exit_code == 2
+    assert "[high_flight] scale_number = 15000" in output
+    assert "is given as LV03" in output
+    assert "expected 100 to" not in output

@@ -10,6 +10,7 @@ import numpy as np
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark_each
 from einschalt.foundations.likely_systems import systems_that_hold
+from einschalt.foundations.points_elsewhere import islands_of
 from einschalt.foundations.units import METRES_PER_UNIT
 
 # smallest and largest extent of a model that is usual [mm]: 6 cm to 46 cm wide
@@ -72,7 +73,7 @@ def on_a_plane(ground):
     Distances of 10 km are right within some 10 cm, as scales need them.
     """
     if "easting" in ground:
-        return ground
+        return _of_one_system(ground)
     longitude, latitude = (np.radians(ground[n]) for n in ("longitude", "latitude"))
     middle = latitude.median()
     w = 1.0 - E_SQUARED * np.sin(middle) ** 2
@@ -81,6 +82,15 @@ def on_a_plane(ground):
         easting=across * np.cos(middle) * (longitude - longitude.median()),
         northing=along * (latitude - middle),
     )
+
+
+def _of_one_system(ground):
+    """The points without islands in another system, of which check tells."""
+    plan = ground[["easting", "northing"]].to_numpy(dtype=float)
+    if not np.isfinite(plan).all():
+        return ground
+    islands = islands_of(plan, None)
+    return ground if islands is None else ground[islands.number == islands.main]
 
 
 def scale_beside(frame, unit, other, other_unit, other_scale):
