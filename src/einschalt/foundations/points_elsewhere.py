@@ -149,7 +149,7 @@ def _explained(middle, islands, system):
         return why
     around = low - AROUND, high + AROUND
     if system is not None and (names := systems_among(middle, around, system)):
-        return f"it lies among them if it is in {' or '.join(names)}"
+        return f"it lies among them if it is in {', '.join(names)}"
     return _first(_false_origins(middle), islands)
 
 

@@ -91,8 +91,8 @@ def _outside(easting, northing, crs, source):
     if len(fitting) == 1:
         ways.append(f"These coordinates fit {fitting[0]}: correct crs")
     elif fitting:
-        several = " or ".join(fitting)
-        ways.append(f"These coordinates may be in {several}: correct crs")
+        several = ", ".join(fitting)
+        ways.append(f"These coordinates may be in one of {several}: correct crs")
     if there:
         ways.append(f"The place belongs to {', '.join(there)}: transform into that")
     remedy = ". Or: ".join(ways) or "Check crs, and the unit of the coordinates"
