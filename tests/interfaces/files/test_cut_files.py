@@ -63,7 +63,7 @@ def test_a_last_column_of_words_or_without_a_value_is_no_cut(tmp_path):
 
 def test_a_list_parted_by_blanks_is_looked_at_as_it_was(tmp_path):
     path = tmp_path / "list.txt"
-    text = "".join(f"P{k}  100.000 {200 + k}.000 5{k}.25\n" for k in range(9))
+    text = "".join(f"P{k}  100.000 {200 + k}.000 5{k}.25\n" for k in range(40))
     path.write_text("point_id easting northing height\n" + text + "X 1.000 2.000 3.5")
     with pytest.raises(TableError, match=r"'3.5' has fewer decimals \(1\)"):
         understand_csv(path, CONTROL_POINTS)

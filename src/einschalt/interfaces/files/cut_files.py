@@ -10,9 +10,9 @@ import re
 from einschalt.foundations.errors import TableError
 
 TAIL_BYTES = 2**16  # that are looked at
-# rows above that tell: all with as many decimals, or with several numbers of them, as
-# programs write that leave zeros out at the end
-FEWEST_ROWS, FEWEST_OF_SEVERAL = 5, 100
+# rows above that tell: all with as many decimals, which few rows of numbers whose zeros
+# are left out have by chance, or with several numbers of them
+FEWEST_ROWS, FEWEST_OF_SEVERAL = 30, 100
 NUMBER = re.compile(r"[+-]?\d*(?:[.,](\d*))?")
 
 
