@@ -90,6 +90,23 @@ def test_independent_errors_keep_their_figure(block):
     assert first.endswith("errors of approximate points taken for independent)")
 
 
+@pytest.mark.parametrize("own", [3.0, 0.5])
+def test_points_worse_than_stated_enlarge_what_was_predicted(block, own):
+    """The budget has seen the residuals: enlarged by them once more it was 39 m."""
+    truth = block.truth[["point_id", *PLANE]].copy()
+    rng = np.random.default_rng(5)
+    truth[PLANE] += rng.normal(scale=own, size=(len(truth), 2))
+    given = replace(block, approximate_points=truth, approximate_m_0_m=0.1)
+    result = densify(given)
+    figure, true = result.examination.credible, true_error(result, block)
+    assert figure.is_lower_bound
+    assert true < 1.05 * figure.value < 2.0 * true
+    assert figure.factor * result.figures.mean_paper < 2.5 * true
+    codes = {found.code: found for found in result.assessment.findings}
+    # what all points have by themselves is not shared
+    assert codes["claim_that_does_not_stand"].remedy == "doubt_sizes_of_errors"
+
+
 def findings_of(block, errors):
     """Findings of the block with these errors of the approximate points, by code."""
     truth = block.truth[["point_id", *PLANE]].copy()

@@ -145,11 +145,11 @@ def _beside_region(examined):
 
 def _where_contradicted(examined):
     """The largest figure that is known, and whether stated errors make it."""
-    figures, claim = examined.figures, examined.claim
+    figures = examined.figures
     paper, is_budget = figures.mean_paper, bool(np.isnan(figures.mean_within))
     claimed = paper if is_budget else figures.mean_within
     # what the measurements exceed the claim by is the least that it is too small by
-    enlarged = claimed * claim.enlargement
+    enlarged = _enlarged_by_tests(examined)
     if is_budget:  # its tests have not looked at known points
         enlarged = max(enlarged, paper * max([1.0, *_ratios_beyond(examined)]))
     value = np.nanmax([enlarged, paper, examined.internal_of_good])
@@ -162,6 +162,18 @@ def _where_contradicted(examined):
         value = stated
         reason = reason if beyond_stated(examined) > 1.0 else Reason.STATED
     return value, reason
+
+
+def _enlarged_by_tests(examined):
+    """What was predicted for the new points, enlarged as tests exceed it [m].
+
+    The budget has seen the residuals itself: it is the prediction behind the tests that
+    they exceed, and not the budget. 0 where nothing was predicted.
+    """
+    total, claim = examined.figures.mean_within, examined.claim
+    predicted = _of_error_model(examined) if np.isnan(total) else total
+    predicted = float(np.nan_to_num(predicted))
+    return predicted * claim.enlargement
 
 
 def _ratios_beyond(examined):
@@ -178,8 +190,9 @@ def _of_single_points(examined, enlarged):
     factors = [1.0]
     if enlarged > 0.0 and claimed > 0.0:
         factors.append(enlarged / claimed)
-    if (column == TOTAL) == np.isfinite(total):  # it is this column that was tested
-        factors.append(examined.claim.enlargement)
+    is_tested = (column == TOTAL) == np.isfinite(total)  # it is this column
+    if is_tested and claimed > 0.0 and not examined.claim.is_supported:
+        factors.append(_enlarged_by_tests(examined) / claimed)
     return float(max(factors))
 
 
@@ -189,9 +202,17 @@ def _by_independent_errors(examined) -> float:
     Beside shifts of groups that nothing tells, and beside whatever given approximate
     points share otherwise. NaN where not even that is known.
     """
-    model, points = examined.error_model, examined.points
     is_asked = examined.claim.is_assumed or examined.has_untold_groups
-    if model is None or not is_asked:
+    return _of_error_model(examined) if is_asked else np.nan
+
+
+def _of_error_model(examined) -> float:
+    """Error of the new points by the model that claims are tested by, TOTAL, RMS [m].
+
+    NaN without one.
+    """
+    model, points = examined.error_model, examined.points
+    if model is None:
         return np.nan
     errors = propagate_model(model, examined.means)
     total = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)

@@ -1,5 +1,7 @@
 """Whether the claimed figure stands against what was measured."""
 
+import numpy as np
+
 from einschalt.pipeline.assessment.credibility import (
     MIN_REPORTED_RATIO,
     Reason,
@@ -37,6 +39,7 @@ def claim_that_does_not_stand(two_step):
     names = {test.name for test in rejected}
     # coverages have what approximate points share in common: it makes no differences
     is_shared = two_step.high is None and names != {COVERAGES}
+    is_shared = is_shared and not _are_only_larger(rejected)
     remedy = DOUBT if is_shared else "doubt_sizes_of_errors"
     if len(few_contradicting_points(two_step)):
         remedy = "doubt_check_points_too"
@@ -55,6 +58,22 @@ def claim_that_does_not_stand(two_step):
         remedy=remedy,
         facts={"rejected": tuple(map(_rejected, rejected))},
     )
+
+
+def _are_only_larger(rejected):
+    """Whether all that tests show is that points are worse, each by itself.
+
+    Residuals say so, those of neighbours are not alike, and nothing exceeds what was
+    predicted by more than they do.
+    """
+    ratios = {
+        test.name: test.observed / test.predicted for test in rejected if test.is_length
+    }
+    of_residuals = ratios.get(RESIDUALS, 0.0)
+    is_alike = len(ratios) < len(rejected)
+    largest = max(ratios.values(), default=np.inf)
+    is_explained = largest <= MIN_REPORTED_RATIO * of_residuals
+    return of_residuals > 1.0 and is_explained and not is_alike
 
 
 def _rejected(test):

@@ -35,6 +35,7 @@ from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import total_from_coordinate
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     control_checks,
@@ -209,15 +210,46 @@ def scan_given_points(two_step) -> GivenScan:
     places, errors, flight, given = _observations(two_step)
     if not len(flight.model):
         return GivenScan()
-    checks = control_checks([flight], given)
     known = known.iloc[places]
-    scan = find_displaced_regions(checks, given.weight, values_of(known, PLAN))
+    scan = _scanned(two_step, flight, given, values_of(known, PLAN))
     shared = errors[places] * scan.enlargement
     found = scan.regions if _exceeds_stated(scan.regions, shared) else ()
     n_elsewhere = len(known) - sum(len(region.rows) for region in found)
     regions = tuple(_told(block, known, region, n_elsewhere) for region in found)
     clearest = float(np.sqrt(scan.square)), float(scan.p_value)
     return GivenScan(regions, len(known), scan.n_tried, *clearest, scan.detectable)
+
+
+def _scanned(two_step, flight, given, xy):
+    """The scan; by larger errors of given points where these leave nothing clear.
+
+    With errors that are as large as m_0 says, models follow a region less than with the
+    stated ones: what all points have by themselves must not pass for shared.
+    """
+    scan = _scan(flight, given, xy)
+    if scan.regions or scan.p_value > FINDING_SIGNIFICANCE:
+        return scan
+    larger = _larger_by_m_0(two_step, flight, given)
+    again = scan if larger is None else _scan(flight, larger, xy)
+    if again.regions or again.p_value <= FINDING_SIGNIFICANCE:
+        return scan
+    return replace(again, detectable=None)  # by errors that nobody stated
+
+
+def _scan(flight, given, xy):
+    checks = control_checks([flight], given)
+    return find_displaced_regions(checks, given.weight, xy)
+
+
+def _larger_by_m_0(two_step, flight, given):
+    """Given points with errors that explain m_0; None where the stated ones do."""
+    iteration = two_step.iteration
+    low = two_step.low if iteration is None else iteration.passes[0].low
+    of_given = np.mean(1.0 / given.weight)
+    left = low.m_0_plan**2 / 2.0 - np.mean(1.0 / flight.weight)
+    if not left > of_given:
+        return None
+    return replace(given, weight=given.weight * of_given / left)
 
 
 def _exceeds_stated(regions, errors):
