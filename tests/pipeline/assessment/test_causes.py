@@ -43,6 +43,16 @@ def test_without_a_cause_findings_stay_as_they_are():
     assert with_causes(findings, (), is_coupled=False) == findings
 
 
+def test_what_a_mirrored_photograph_makes_follows_from_its_model():
+    """Two control points were told first, 78 cm off: the model was."""
+    codes = "control_that_contradicts", "claim_that_does_not_stand", "no_check_points"
+    over = found("models_upside_down", "2/5")
+    marked = with_causes((over, *map(found, codes)), (), is_coupled=False)
+    assert marked[0].facts["explains"] == codes[:2]
+    assert [f.explained_by for f in marked[1:]] == ["models_upside_down"] * 2 + [""]
+    assert ranked_causes(marked) == ("models_upside_down",)
+
+
 def test_points_of_the_model_are_explained_and_others_are_not():
     inside = found("coverages_that_differ", "1050", "1060")
     outside = found("points_that_differ", "1050", "2001")

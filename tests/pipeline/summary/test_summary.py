@@ -151,6 +151,7 @@ def test_every_cause_has_words(faulty_result):
             "exchanged_image_names",
             "measurements_given_twice",
             "lone_wrong_check_point",
+            "models_upside_down",
             *OF_CONTROL,
         }
     )

@@ -84,7 +84,7 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     Where ``is_coupled``, every model reaches every point, as in one adjustment that
     keeps gross errors: consequences are then not bound to the points of the model.
     """
-    findings = _with_exchanged_image_names(findings)
+    findings = _with_mirrored_models(_with_exchanged_image_names(findings))
     findings = _with_lone_point(_with_whole_causes(findings))
     if not exchanges:
         return findings
@@ -168,6 +168,20 @@ def _with_exchanged_image_names(findings):
         found.code
         for found in findings
         if found.code in reach or _is_of_orientations(found, models)
+    )
+    return with_consequences(cause, findings, explained)
+
+
+def _with_mirrored_models(findings):
+    """Put what models upside down make under these: heights and plan bend with them."""
+    code = "models_upside_down"
+    cause = next((found for found in findings if found.code == code), None)
+    if cause is None:
+        return findings
+    explained = tuple(
+        found.code
+        for found in findings
+        if found.code in OF_IMAGES and not found.explained_by
     )
     return with_consequences(cause, findings, explained)
 

@@ -109,7 +109,7 @@ def curved_models(finding):
     )
     return translated(
         "Models are curved alike, by the square and cube of the position in the model: "
-        "{flights}. That makes control look strained, which it is not",
+        "{flights}. That can make the control network look strained",
         flights=flights,
     )
 
