@@ -42,7 +42,7 @@ def area_of(crs):
     return min(west), min(south), east, max(north)
 
 
-@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
+@lru_cache(maxsize=1024)  # PROJ takes 60 ms, and each block of a batch asks for it
 def _extent_of(crs):
     """Area of use of a system, in its own coordinates, with a margin.
 

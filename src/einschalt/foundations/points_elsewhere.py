@@ -26,16 +26,19 @@ from einschalt.foundations.units import M_PER_KM
 PLANE = ["easting", "northing"]
 # islands are parted by one and a half to three times that [m]
 CELL = 50_000.0
-# beyond the others, where points may lie that belong to them [m]
-AROUND = 50_000.0
+# around the others, where points may lie that belong to them: half of their extent
+LEAST_AROUND, LARGEST_AROUND, OF_EXTENT = 5_000.0, 50_000.0, 0.5  # [m]
+# times that a way must move a point at least: another island may lie there by chance
+SURELY_MOVED = 4.0
+MOST_ISLANDS = 10  # that are looked at
 # no block leaves as much without a known point [m]
 BEYOND_ANY_BLOCK = 1_000_000.0
 NO_COORDINATE = 1e9
 LEAST_SHARE = 0.4  # of the points, in the island that counts
 MILLION = 1e6
 ZONES = range(1, 61)
-# of Austria's M28, M31 and M34, of zones without one, and of UTM
-FALSE_EASTINGS = (150_000.0, 450_000.0, 750_000.0, 500_000.0)
+# of zones and UTM, and of Austria's M28, M31 and M34
+FALSE_EASTINGS, AUSTRIAN = (500_000.0,), (150_000.0, 450_000.0, 750_000.0)
 FALSE_NORTHINGS = (5 * MILLION, 10 * MILLION)
 EXCHANGED = mark("with easting and northing exchanged it lies among them")
 LV95_MISSING = mark("it lies among them as LV95, and is given as LV03")
@@ -58,9 +61,15 @@ class Islands:
         plan = self.plan[self.number == self.main]
         return np.stack([plan.min(axis=0), plan.max(axis=0)])
 
+    @property
+    def around(self):
+        """Distance from them where points may belong to them as well [m]."""
+        extent = np.hypot(*(self.bounds[1] - self.bounds[0]))
+        return float(np.clip(OF_EXTENT * extent, LEAST_AROUND, LARGEST_AROUND))
+
     def others(self):
-        """Number and middle of every other island."""
-        for number in np.setdiff1d(self.number, [self.main]):
+        """Number and middle of other islands, the first of them."""
+        for number in np.setdiff1d(self.number, [self.main])[:MOST_ISLANDS]:
             yield number, np.median(self.plan[self.number == number], axis=0)
 
     def distance(self, points):
@@ -69,7 +78,7 @@ class Islands:
         return np.hypot(*np.maximum(np.maximum(low - points, points - high), 0.0).T)
 
 
-def other_system_problems(frame, system, file, measured=None):
+def other_system_problems(frame, system, file, measured):
     """Points that lie among the others in another system: errors.
 
     Parameters
@@ -80,8 +89,8 @@ def other_system_problems(frame, system, file, measured=None):
         Plane system of the points.
     file : str
         Name of the file.
-    measured : callable or None
-        Gives the names that take part; None where they are not known.
+    measured : callable
+        Gives the names that take part.
 
     Returns
     -------
@@ -90,7 +99,7 @@ def other_system_problems(frame, system, file, measured=None):
     return _problems(frame, system, file, measured, _explained)
 
 
-def lost_point_problems(frame, system, file, measured=None):
+def lost_point_problems(frame, system, file, measured):
     """Points with axes exchanged, or farther off than any block reaches: errors.
 
     Arguments as for :func:`other_system_problems`.
@@ -99,18 +108,18 @@ def lost_point_problems(frame, system, file, measured=None):
 
 
 def _problems(frame, system, file, measured, judge):
-    found = islands_of(values_of(frame, PLANE), system)
-    if found is None:
+    plan = values_of(frame, PLANE)
+    if islands_of(plan, system) is None:
         return []
-    is_measured = np.ones(len(frame), dtype=bool)
-    if measured is not None:
-        is_measured = is_among(frame["point_id"], measured())
+    # points that take no part may be more, and lie anywhere
+    rows = np.flatnonzero(is_among(frame["point_id"], measured()))
+    found = islands_of(plan[rows], system)
     problems = []
-    for number, middle in found.others():
-        places = np.flatnonzero((found.number == number) & is_measured)
-        verdict = judge(middle, found, system) if len(places) else None
+    for number, middle in found.others() if found is not None else ():
+        verdict = judge(middle, found, system)
         if verdict is not None:
-            problems += _listed(frame, file, places, found, verdict)
+            places = np.flatnonzero(found.number == number)
+            problems += _listed(frame.iloc[rows], file, places, found, verdict)
     return problems
 
 
@@ -119,7 +128,7 @@ def islands_of(plan, system):
 
     The main one has most of the points that lie where the system is used, or most.
     """
-    if np.abs(plan).max(initial=0.0) > NO_COORDINATE:  # said elsewhere
+    if not len(plan) or np.abs(plan).max() > NO_COORDINATE:  # said elsewhere
         return None
     places = np.floor(plan / CELL).astype(np.int64)
     places -= places.min(axis=0)
@@ -144,40 +153,48 @@ def islands_of(plan, system):
 
 def _explained(middle, islands, system):
     """What an island is in, and what to do; None where nothing known explains it."""
-    low, high = islands.bounds
-    if (why := _first(_notations(middle), islands)) is not None:
+    if (why := _first(_notations(middle, islands), middle, islands)) is not None:
         return why
-    around = low - AROUND, high + AROUND
-    if system is not None and (names := systems_among(middle, around, system)):
+    low, high = islands.bounds
+    bounds = low - islands.around, high + islands.around
+    if system is not None and (names := systems_among(middle, bounds, system)):
         return f"it lies among them if it is in {', '.join(names)}"
-    return _first(_false_origins(middle), islands)
+    return _first(_false_origins(middle, system), middle, islands)
 
 
-def _first(ways, islands):
+def _first(ways, point, islands):
     """Words of the first way that brings an island among the others, or None."""
-    return next((w for moved, w in ways if _is_among_them(moved, islands.bounds)), None)
+    return next((w for to, w in ways if _is_among_them(to, point, islands)), None)
 
 
 def _left(middle, islands, _):
-    if _is_among_them(middle[::-1], islands.bounds):
+    if _is_among_them(middle[::-1], middle, islands):
         return EXCHANGED
     if islands.distance(middle[None])[0] > BEYOND_ANY_BLOCK:
         return f"no block reaches over {BEYOND_ANY_BLOCK / M_PER_KM:.0f} km"
     return None
 
 
-def _is_among_them(point, bounds):
-    low, high = bounds
-    return bool(((point >= low - AROUND) & (point <= high + AROUND)).all())
+def _is_among_them(moved, point, islands):
+    """Whether a point, moved by much, lies among the others."""
+    if np.hypot(*(moved - point)) < SURELY_MOVED * islands.around:
+        return False
+    return _is_within(moved, islands)
 
 
-def _notations(point):
+def _is_within(point, islands):
+    (low, high), around = islands.bounds, islands.around
+    return bool(((point >= low - around) & (point <= high + around)).all())
+
+
+def _notations(point, islands):
     """Where a point would lie in each other way to write it, and its words."""
     swiss = np.array([2 * MILLION, MILLION])
     yield point + swiss, LV95_MISSING
     yield point - swiss, LV03_MISSING
-    yield point * M_PER_KM, KILOMETRES
-    yield point / M_PER_KM, MILLIMETRES
+    if not _is_within(np.zeros(2), islands):  # where all numbers lie as millimetres
+        yield point * M_PER_KM, KILOMETRES
+        yield point / M_PER_KM, MILLIMETRES
     for zone in ZONES:
         east, number = np.array([zone * MILLION, 0.0]), f"{zone}000000"
         why = f"with {number} for the zone in front of its easting it lies among them"
@@ -186,9 +203,13 @@ def _notations(point):
         yield point - east, why
 
 
-def _false_origins(point):
+def _false_origins(point, system):
     """Where a point would lie by each usual false origin, and its words."""
-    easts = [0.0, *(sign * e for e in FALSE_EASTINGS for sign in (1.0, -1.0))]
+    if not point.any():  # no place at all
+        return
+    is_austrian = system is None or "MGI" in system.name
+    eastings = FALSE_EASTINGS + (AUSTRIAN if is_austrian else ())
+    easts = [0.0, *(sign * e for e in eastings for sign in (1.0, -1.0))]
     norths = [0.0, *(sign * n for n in FALSE_NORTHINGS for sign in (1.0, -1.0))]
     for north, east in product(norths, easts):
         if east or north:

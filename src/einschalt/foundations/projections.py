@@ -225,7 +225,7 @@ def plane_of(longitude, latitude, crs):
         )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1024)
 def to_degrees(crs):
     """Transformer from a system to degrees in WGS 84, longitude first."""
     return pyproj.Transformer.from_crs(crs.to_2d(), WGS_84, always_xy=True)

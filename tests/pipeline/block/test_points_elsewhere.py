@@ -9,9 +9,10 @@ import pytest
 
 from einschalt.foundations.errors import EinschaltError, spread
 from einschalt.foundations.language import written_in
+from einschalt.foundations.likely_systems import likely_systems, systems_among
 from einschalt.foundations.points_elsewhere import islands_of
 from einschalt.foundations.told_errors import told
-from einschalt.pipeline.block.axis_order import own_where_problems
+from einschalt.pipeline.block.axis_order import where_problems
 
 PLANE = ["easting", "northing"]
 TO_UTM = pyproj.Transformer.from_crs(31255, 25833, always_xy=True)
@@ -94,9 +95,12 @@ def test_islands_that_no_model_holds_are_noted_alone(demo_block):
     control = pd.concat([control, lone])
     notes = replace(demo_block, crs=None, control_points=control).notes
     assert any("2 of" in note and "lie in no model" in note for note in notes)
-    # where nobody knows what is measured, they would be transformed
-    (problem, _) = own_where_problems(control, None, "c.csv")[0][:2]
-    assert (problem.row, problem.point) == (900, "far/1")
+    # nor are the measured ones refused where the others are more
+    more = pd.concat(
+        [lone.assign(point_id=lone["point_id"] + str(k)) for k in range(30)]
+    )
+    many = pd.concat([control, more], ignore_index=True)
+    assert replace(demo_block, crs=None, control_points=many)
 
 
 def test_a_large_block_is_one_island():
@@ -116,3 +120,33 @@ def test_the_island_that_counts_lies_where_the_system_is_used():
     # points that lie all apart are in another unit
     assert islands_of(plan * 1e3, None) is None
     assert [number for number, _ in found.others()] == [int(found.number[0])]
+
+
+@pytest.mark.parametrize(
+    ("crs", "middle", "shift"),
+    [
+        ("EPSG:25832", (5e5, 5.4e6), [120e3, 0.0]),
+        ("EPSG:32633", (5e5, 5.4e6), [0.0, 160e3]),
+        (None, (0.0, 0.0), [130e3, 0.0]),
+        (None, (7e5, 3e5), [-120e3, 0.0]),
+    ],
+)
+def test_a_second_island_that_models_hold_is_right(demo_block, crs, middle, shift):
+    """-150000 in easting was said of one 120 km away, and millimetres of local ones."""
+    control = demo_block.control_points.copy()
+    control[PLANE] += np.array(middle) - control[PLANE].mean().to_numpy()
+    control.loc[control.index[::3], PLANE] += np.array(shift)
+    assert where_problems(control, crs, "c.csv", lambda: control["point_id"])[0] == []
+
+
+def test_systems_that_proj_has_no_way_to_are_no_candidates():
+    """EPSG lists grids of all UTM zones as one system."""
+    bounds = np.array([[4e5, 5.3e6], [4.1e5, 5.31e6]])
+    utm = pyproj.CRS("EPSG:32633")
+    assert systems_among((5e5, 6e6), bounds, utm) == []
+    assert "EPSG:3395" in likely_systems(np.full(3, 9e6), np.full(3, 9e6), utm)[0][0]
+
+
+def test_a_point_at_nothing_is_not_told_of_an_origin(demo_block):
+    with pytest.raises(EinschaltError, match="no block reaches over 1000 km"):
+        moved(demo_block, None, (5e5, 5e6), lambda xy: 0.0 * xy, share="one")

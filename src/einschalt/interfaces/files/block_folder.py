@@ -52,7 +52,7 @@ from einschalt.interfaces.files.points_of_systems import (
     schema_in,
     with_plane_names,
 )
-from einschalt.pipeline.block.axis_order import own_where_problems
+from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.ways_between_systems import (
@@ -331,7 +331,7 @@ class _Reading:
         return True
 
     def _in_crs_of_block(self, frame, checked, own, name):
-        problems, _ = own_where_problems(checked, own, self.sources[name])
+        problems, _ = own_axis_problems(checked, own, self.sources[name])
         if problems:
             self.toml.said.add((name, "file"))
             self.toml.problems += problems

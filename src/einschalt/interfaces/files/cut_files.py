@@ -24,9 +24,10 @@ def require_whole_end(data, header, source):
     if not data or data[-1] in b"\r\n":
         return
     tail = data[-TAIL_BYTES:].decode("utf-8", errors="replace")
-    n_lines = data.count(b"\n") + 1
-    lines = tail.splitlines()[-max(n_lines - header.end, 0) :]
-    if len(lines) <= FEWEST_ROWS or '"' in tail:
+    n_lines = 1 + (data.count(b"\n") or data.count(b"\r"))
+    n_rows = n_lines - header.end
+    lines = tail.splitlines()[-max(n_rows, 1) :]
+    if n_rows <= FEWEST_ROWS or len(lines) <= FEWEST_ROWS or '"' in tail:
         return
     *above, last = (_last_number(line, header.separator) for line in lines)
     above = above[1:]  # the first line of the tail may be a part of one

@@ -25,15 +25,6 @@ def where_problems(frame, crs, source, measured):
         system = read_crs(crs) if crs else None
     except ProjectionError:  # said by check_facts
         system = None
-    return own_where_problems(frame, system, source, measured)
-
-
-def own_where_problems(frame, system, source, measured=None):
-    """The same for points in a system of their own, or in none.
-
-    Longitude and latitude of a geographic one stand as easting and northing. Where it
-    is not known what models hold (``measured``), every point counts.
-    """
     if system is not None and system.is_geographic:
         return own_axis_problems(frame, system, source)
     given = frame, system, source, measured
