@@ -16,18 +16,18 @@ UTM_OF_ALL_ZONES = "UTM grid system"
 DATUM_WORDS = 2  # of a name: ETRS89 / UTM zone 32N
 DEGREES_BESIDE = 3.0  # from the area of a zone to the next ones of the country
 # where nobody names a system: those of surveys in and around the Alps, by country
+OF_ALL = (25831, 25832, 25833, 25834)  # ETRS89, UTM
 USUAL_BY_COUNTRY = (
     (31254, 31255, 31256, 31257, 31258, 31259, 31287),  # Austria
     (31466, 31467, 31468, 31469),  # Germany
     (21781, 2056),  # Switzerland
-    (25831, 25832, 25833, 25834),  # ETRS89, UTM
+    OF_ALL,
     (2154, 27561, 27562, 27563, 27572),  # France
     (3003, 3004),  # Italy
     (3794,),  # Slovenia
     (23700,),  # Hungary
     (5514,),  # Czechia
 )
-OF_ALL = USUAL_BY_COUNTRY[3]
 USUAL_SYSTEMS = tuple(chain.from_iterable(USUAL_BY_COUNTRY))
 
 

@@ -21,7 +21,7 @@ from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark
 from einschalt.foundations.likely_systems import systems_among
 from einschalt.foundations.names import is_among
-from einschalt.foundations.units import M_PER_KM
+from einschalt.foundations.units import METRES_PER_KM
 
 PLANE = ["easting", "northing"]
 # islands are parted by one and a half to three times that [m]
@@ -171,7 +171,7 @@ def _left(middle, islands, _):
     if _is_among_them(middle[::-1], middle, islands):
         return EXCHANGED
     if islands.distance(middle[None])[0] > BEYOND_ANY_BLOCK:
-        return f"no block reaches over {BEYOND_ANY_BLOCK / M_PER_KM:.0f} km"
+        return f"no block reaches over {BEYOND_ANY_BLOCK / METRES_PER_KM:.0f} km"
     return None
 
 
@@ -193,8 +193,8 @@ def _notations(point, islands):
     yield point + swiss, LV95_MISSING
     yield point - swiss, LV03_MISSING
     if not _is_within(np.zeros(2), islands):  # where all numbers lie as millimetres
-        yield point * M_PER_KM, KILOMETRES
-        yield point / M_PER_KM, MILLIMETRES
+        yield point * METRES_PER_KM, KILOMETRES
+        yield point / METRES_PER_KM, MILLIMETRES
     for zone in ZONES:
         east, number = np.array([zone * MILLION, 0.0]), f"{zone}000000"
         why = f"with {number} for the zone in front of its easting it lies among them"
@@ -230,7 +230,7 @@ def _told_shift(east, north):
 
 
 def _listed(frame, file, places, islands, why):
-    plan, away = islands.plan, islands.distance(islands.plan) / M_PER_KM
+    plan, away = islands.plan, islands.distance(islands.plan) / METRES_PER_KM
 
     def problem(place):
         east, north = plan[place]

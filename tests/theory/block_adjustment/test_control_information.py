@@ -10,7 +10,6 @@ from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
     control_checks,
-    control_information,
 )
 
 N_POINTS = 14
@@ -100,8 +99,8 @@ def test_the_same_without_writing_the_information_out(kind):
     rng = np.random.default_rng(3)
     value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
     control = ControlValues(CONTROL, value, rng.uniform(0.5, 2.0, 5) * 800.0)
-    scores, information = control_information(flights, control)
     checks = control_checks(flights, control)
+    scores, information = checks.written_out()
     scale = np.abs(information).max()
     np.testing.assert_allclose(checks.scores, scores, atol=1e-9 * np.abs(scores).max())
     for columns in (np.eye(5), sparse.eye_array(5, format="csc")):
@@ -157,7 +156,7 @@ def test_terms_that_models_share_may_have_any_size(kinds):
     np.testing.assert_allclose(moved_scores, scores, atol=1e-6 * largest)
     np.testing.assert_allclose(moved_information, information)
     # and less than without them
-    more = control_information(flights, control)[1] - information
+    more = control_checks(flights, control).written_out()[1] - information
     assert np.linalg.eigvalsh(more)[0] > -1e-6 * np.trace(information)
     assert np.trace(more) > 1e-3 * np.trace(information)
 
@@ -181,7 +180,7 @@ def test_what_moves_everything_alike_is_no_check(kind):
     strong = flight(5, 5, kind)
     strong = replace(strong, weight=1e3 * strong.weight)
     shifted = ControlValues(CONTROL[:4], 1e3 * CONTROL[:4] + 7.0, np.full(4, 400.0))
-    scores, information = control_information([strong], shifted)
+    scores, information = control_checks([strong], shifted).written_out()
     alike = np.ones(4)
     assert abs(alike @ information @ alike) < 1e-9 * np.trace(information)
     assert abs(alike @ scores) < 1e-6 * np.abs(scores).max()

@@ -12,10 +12,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
-from einschalt.foundations.errors import (
-    ConsistencyError,
-    EinschaltError,
-)
+from einschalt.foundations.errors import ConsistencyError, EinschaltError
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import is_among
 from einschalt.foundations.number_parsing import LARGEST_NUMBER

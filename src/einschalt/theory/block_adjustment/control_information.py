@@ -81,6 +81,23 @@ class CommonTermsFound:
     information: np.ndarray  # complex (n_common, n_common)
     with_control: np.ndarray  # complex (n_control, n_common)
 
+    @cached_property
+    def covariance(self):
+        """Covariance of the terms, of either part, (n_common, n_common)."""
+        return np.linalg.pinv(self.information, LEAST_OF_TERMS, hermitian=True)
+
+    @cached_property
+    def coefficients(self):
+        """The terms as they are estimated, complex (n_common,)."""
+        return self.covariance @ self.scores
+
+    def square_of(self, some):
+        """χ² of some of the coefficients, a slice: two degrees of freedom for each."""
+        own = self.coefficients[some]
+        covariance = self.covariance[some, some]
+        information = np.linalg.pinv(covariance, LEAST_OF_TERMS, hermitian=True)
+        return float(np.real(own.conj() @ information @ own))
+
     @property
     def likelihood_ratio(self):
         """Twice the logarithm: of terms of variance 1 against none."""
@@ -91,12 +108,9 @@ class CommonTermsFound:
 
     def set_free(self, scores, information):
         """Scores (n,) and information (n, n) of control, whatever the terms are."""
-        values, vectors = np.linalg.eigh(self.information)
-        is_known = values > LEAST_OF_TERMS * values.max(initial=0.0)
-        root = vectors[:, is_known] / np.sqrt(values[is_known])
-        taken = self.with_control @ root
-        scores = scores - taken @ (root.conj().T @ self.scores)
-        return scores, information - np.real(taken @ taken.conj().T)
+        scores = scores - self.with_control @ self.coefficients
+        taken = self.with_control @ self.covariance @ self.with_control.conj().T
+        return scores, information - np.real(taken)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +119,8 @@ class ControlChecks:
 
     is_held: np.ndarray  # (n_control,): whether any model holds it
     own: np.ndarray  # (n_control,): what of the information is on its diagonal only
-    # complex (n_control,): given less the mean of its values [m], and what models ask
-    # of each [1/m]
-    closed: np.ndarray
-    asked: np.ndarray
+    # complex (n_control,): weight times correction of each control point [1/m]
+    scores: np.ndarray
     pull: sparse.csc_array  # of control on the models, (n_unknowns, n_control)
     weight: np.ndarray  # (n_control,) [1/m²]
     place: np.ndarray  # (n_control,): which point of the system each is, −1 for none
@@ -119,32 +131,35 @@ class ControlChecks:
     noise: float
     common: CommonTermsFound
 
-    @cached_property
-    def scores(self):
-        """Weight times correction of each control point, complex (n_control,) [1/m]."""
-        return self._scores(self.times(self.closed[:, None])[:, 0])
-
-    def scores_by(self, information):
-        """The same, of the information written out."""
-        return self._scores(information @ self.closed)
-
     def written_out(self, *, frees_terms=False):
-        """Scores, and the information (n_control, n_control).
+        """Scores of control points, and the information that checks them.
 
-        Where it ``frees_terms``, those that models share may have any size.
+        Without directions of which hardly anything is known.
+
+        Parameters
+        ----------
+        frees_terms : bool
+            Terms that models share may have any size.
+
+        Returns
+        -------
+        scores : ndarray of complex, shape (n_control,)
+            Weight times correction of each control point in the adjustment of
+            everything [1/m]. Without gross or systematic errors their covariance is the
+            information, for either coordinate.
+        information : ndarray, shape (n_control, n_control)
+            W = P - P Q P [1/m²], Q being the cofactors of the adjusted control points.
+            The real part where transformations are complex.
         """
-        information, scores = self._information, self.scores_by(self._information)
-        information = np.real(information)
+        scores, information = self.scores, self._information
         if frees_terms:
             scores, information = self.common.set_free(scores, information)
         return _checked(scores, information, self.noise)
 
     @cached_property
     def _information(self):
-        return np.diag(self.own) - _answers(self.factor, self.pull, self.pull)
-
-    def _scores(self, of_closed):
-        return np.where(self.is_held, of_closed + self.asked, 0.0)
+        taken = _answers(self.factor, self.pull, self.pull)
+        return np.diag(self.own) - np.real(taken)
 
     def draw(self, n_draws, seed):
         """Draw scores of errors of the given sizes, (n_control, n_draws) [1/m].
@@ -176,30 +191,15 @@ class ControlChecks:
         return self.own[:, None] * columns - through
 
 
-def control_information(flights, control):
-    """Scores of control points, and the information that checks them.
+def control_checks(flights, control) -> ControlChecks:
+    """Adjust everything, for what that knows of control.
 
     Parameters
     ----------
     flights : sequence of ModelValues
         Their models are counted apart, and so are common terms; their points together.
     control : ControlValues
-
-    Returns
-    -------
-    scores : ndarray of complex, shape (n_control,)
-        Weight times correction of each control point in the adjustment of everything
-        [1/m]. Without gross or systematic errors their covariance is the information,
-        for either coordinate.
-    information : ndarray, shape (n_control, n_control)
-        W = P - P Q P [1/m²], Q being the cofactors of the adjusted control points. The
-        real part where transformations are complex.
     """
-    return control_checks(flights, control).written_out()
-
-
-def control_checks(flights, control) -> ControlChecks:
-    """What :func:`control_information` gives, of control too much to write it out."""
     values = _joined(flights)
     n_points = 1 + int(max(values.point.max(), control.point.max()))
     ordering = _ordering_of(values, n_points)
@@ -222,14 +222,14 @@ def control_checks(flights, control) -> ControlChecks:
     pull = _pull(system, place, part)
     own = control.weight * (1.0 - part)
     asked = _gradient(system, offset)
-    common = _common(factor, (asked, pull), (offset, system.weights), (closed, own))
-    moved = _solved(factor, asked[:, :1])[:, 0]
+    scores, common = _known(
+        factor, (asked, pull), (offset, system.weights), (closed, own)
+    )
     ridge = RIDGE * system.weights.sum() / max(np.count_nonzero(is_held), 1)
     return ControlChecks(
         is_held=is_held,
         own=own,
-        closed=closed[:, 0],
-        asked=pull.conj().T @ moved,
+        scores=scores,
         pull=pull,
         weight=control.weight,
         place=place,
@@ -255,8 +255,8 @@ def _about_means(columns, system, place, control):
     return columns - centre[incidence.point], closed
 
 
-def _common(factor, asked, offsets, closed):
-    """Common terms beside the values, which are the first of all columns.
+def _known(factor, asked, offsets, closed):
+    """Scores of control by the values, which are the first of all columns, and terms.
 
     ``asked`` is that of the models, and the pull of control on them; ``offsets`` are
     those of the values from the means of their points, with weights, ``closed`` those
@@ -268,7 +268,8 @@ def _common(factor, asked, offsets, closed):
     left = offset.conj().T @ (weight * offset)
     left += closed.conj().T @ (own[:, None] * closed) - asked.conj().T @ moved
     with_control = own[:, None] * closed + pull.conj().T @ moved
-    return CommonTermsFound(left[1:, 0], left[1:, 1:], with_control[:, 1:])
+    terms = CommonTermsFound(left[1:, 0], left[1:, 1:], with_control[:, 1:])
+    return with_control[:, 0], terms
 
 
 def _noise_of_design(n_values, control):

@@ -29,7 +29,6 @@ from einschalt.theory.block_adjustment.common_parameters import (
     polynomials_on_ground,
 )
 from einschalt.theory.block_adjustment.control_information import (
-    LEAST_OF_TERMS,
     ControlValues,
     ModelValues,
     control_checks,
@@ -314,16 +313,11 @@ def _strain(examined, transformations, errors, affine):
 
 def _curvatures(found, flights, names):
     """CommonCurvature of each flight."""
-    covariance = np.linalg.pinv(found.information, LEAST_OF_TERMS, hermitian=True)
-    coefficients, first, curvatures = covariance @ found.scores, 0, []
+    first, curvatures = 0, []
     for values, name in zip(flights, names, strict=True):
         own = slice(first, first := first + values.common.shape[1])
-        information = np.linalg.pinv(
-            covariance[own, own], LEAST_OF_TERMS, hermitian=True
-        )
-        test = np.real(coefficients[own].conj() @ information @ coefficients[own])
-        size = np.sqrt(np.mean(np.abs(values.common @ coefficients[own]) ** 2))
-        p_value = chdtrc(2 * values.common.shape[1], test)
+        size = np.sqrt(np.mean(np.abs(values.common @ found.coefficients[own]) ** 2))
+        p_value = chdtrc(2 * values.common.shape[1], found.square_of(own))
         curvatures.append(CommonCurvature(name, float(size), float(p_value)))
     return tuple(curvatures)
 
