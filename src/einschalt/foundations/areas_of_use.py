@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from pyproj.enums import TransformDirection
+from pyproj.exceptions import ProjError
 
 from einschalt.foundations.coordinate_operations import offline
 from einschalt.foundations.longitudes import FULL_CIRCLE, eastern_end
@@ -47,8 +48,8 @@ def _extent_of(crs):
     """Area of use of a system, in its own coordinates, with a margin.
 
     Smallest easting, smallest northing, largest easting, largest northing, in its
-    units; None where the system states no area of use. Longitudes go on beyond 180°
-    where it lies over the antimeridian.
+    units; None where the system states no area of use, or PROJ does not have its
+    projection. Longitudes go on beyond 180° where it lies over the antimeridian.
     """
     area = area_of(crs)
     if area is None:
@@ -56,8 +57,11 @@ def _extent_of(crs):
     west, south, east, north = area
     area = west, south, eastern_end(west, east), north
     with offline():
-        # the way back of what places are found with: to look for one takes 40 ms
-        bounds = to_degrees(crs).transform_bounds(*area, direction=INVERSE)
+        try:
+            # the way back of what places are found with: to look for one takes 40 ms
+            bounds = to_degrees(crs).transform_bounds(*area, direction=INVERSE)
+        except ProjError:  # PROJ has not the projection of every system that EPSG lists
+            return None
     if not np.all(np.isfinite(bounds)):
         return None
     west, south, east, north = bounds

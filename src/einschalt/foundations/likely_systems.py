@@ -12,7 +12,6 @@ from einschalt.foundations.coordinate_operations import offline, system_label
 from einschalt.foundations.projections import degrees_of, plane_of, read_source_crs
 
 MOST_LIKELY = 3
-UTM_OF_ALL_ZONES = "UTM grid system"
 DATUM_WORDS = 2  # of a name: ETRS89 / UTM zone 32N
 DEGREES_BESIDE = 3.0  # from the area of a zone to the next ones of the country
 # where nobody names a system: those of surveys in and around the Alps, by country
@@ -149,11 +148,10 @@ def _listed(family):
     with offline():
         known = pyproj.database.query_crs_info("EPSG", PJType.PROJECTED_CRS)
     codes = {one.code: one.name for one in known}  # listed for each of their usages
-    # of the grid of all UTM zones, which EPSG lists as one system, PROJ has no way
     return [
         pyproj.CRS.from_epsg(code)
         for code, name in codes.items()
-        if name.startswith(f"{family} / ") and UTM_OF_ALL_ZONES not in name
+        if name.startswith(f"{family} / ")
     ]
 
 

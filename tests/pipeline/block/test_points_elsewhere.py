@@ -144,6 +144,10 @@ def test_systems_that_proj_has_no_way_to_are_no_candidates():
     bounds = np.array([[4e5, 5.3e6], [4.1e5, 5.31e6]])
     utm = pyproj.CRS("EPSG:32633")
     assert systems_among((5e5, 6e6), bounds, utm) == []
+    # Levant Zone, the only other kind of its datum, is near-conformal
+    levant = pyproj.CRS("EPSG:22770")
+    assert levant.name.split(" / ")[0] == pyproj.CRS("EPSG:22700").name.split(" / ")[0]
+    assert likely_systems(np.full(3, 9e6), np.full(3, 9e6), levant)[0] == []
     assert "EPSG:3395" in likely_systems(np.full(3, 9e6), np.full(3, 9e6), utm)[0][0]
 
 
