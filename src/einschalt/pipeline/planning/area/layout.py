@@ -250,15 +250,17 @@ def models_worth_flying(shape, centres, half):
     is_cut = ~is_inside
     is_cut[is_cut] = shapely.intersects(shape, footprints[is_cut])
     share = np.where(is_inside, 1.0, 0.0)
-    parts = shapely.intersection(shape, footprints[is_cut])
     whole = float(np.prod(2.0 * half))
+    edges = np.hstack([low, high])[is_cut].tolist()
+    # a third of what intersections take, and as good for their areas
+    parts = [shapely.clip_by_rect(shape, *edge) for edge in edges]
     share[is_cut] = shapely.area(parts) / whole
     kept = share >= LEAST_SHARE
     small = np.flatnonzero(~kept & (share > 0.0))
     if not len(small):
         return np.flatnonzero(kept)
     # others cannot cover more: what is theirs, and not of the large ones
-    theirs = shapely.union_all(parts[~kept[is_cut]])
+    theirs = shapely.union_all(shapely.intersection(shape, footprints[small]))
     shapely.prepare(theirs)
     beside = np.flatnonzero(kept)
     beside = beside[shapely.intersects(theirs, footprints[beside])]
