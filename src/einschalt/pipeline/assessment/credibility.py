@@ -21,6 +21,9 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     where_it_matters,
 )
+from einschalt.pipeline.assessment.evidence.control.larger_errors import (
+    larger_control_errors,
+)
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.given_points import APPROXIMATE_POINTS
@@ -278,6 +281,11 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     )
     if is_large_s_0(examined.adjustment, LEAST_ENLARGEMENT):
         ratios.append(s_0)
+    larger = larger_control_errors(examined)
+    if larger is not None:
+        # what they do to points may be more: neighbours may share them
+        is_refuted = True
+        ratios.append(larger.factor)
     copied = examined.copies.enlargement
     moved = _moved(examined, total, is_refuted=is_refuted)
     is_refuted = is_refuted or moved > 0.0 or copied > 1.0

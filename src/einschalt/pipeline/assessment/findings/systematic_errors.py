@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from einschalt.pipeline.assessment.evidence.control.larger_errors import (
+    larger_control_errors,
+)
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
@@ -162,9 +165,22 @@ def contradicting_control(examined):
 
 def contradicting_control_of_adjustment(adjusted):
     """The same, unless the adjustment names those that contradict it."""
-    if adjusted.adjustment.control["is_suspect"].any():
+    control = adjusted.adjustment.control
+    if control["is_suspect"].any():
         return None
-    return contradicting_control(adjusted)
+    found, larger = contradicting_control(adjusted), larger_control_errors(adjusted)
+    says_more = (broken_network, strained_network_of_adjustment)
+    if larger is None or found or any(more(adjusted) for more in says_more):
+        return found
+    return finding(
+        "contradicting_control",
+        statistic="corrections of the control points",
+        observed=larger.factor,
+        expected=1.0,
+        probability=larger.p_value,
+        remedy="look_for_wrong_control_or_raise_errors",
+        facts={"n_control": len(control)},
+    )
 
 
 def displaced_region(examined):

@@ -178,9 +178,19 @@ def moved_between_ways(adjusted) -> Displacement:
     apart = _of_new(adjusted, adjusted.points["point_id"], apart)
     s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
     both = (adjusted, two_step)
-    plan = s_0 * np.linalg.norm([each.figures.mean_within for each in both])
+    plan = s_0 * np.hypot(adjusted.figures.mean_within, _by_what_was_stated(two_step))
     height = s_0 * np.linalg.norm([each.stated_height for each in both])
     return Displacement(_beyond(apart.plan, plan), _beyond(apart.height, height))
+
+
+def _by_what_was_stated(two_step):
+    """Error of two steps in plan, if nothing is wrong, TOTAL [m]."""
+    figures = two_step.figures
+    if np.isfinite(figures.mean_within):
+        return figures.mean_within
+    # with what approximate points may share, unless measurements have enlarged it
+    credible = two_step.credible
+    return figures.mean_paper if credible.is_lower_bound else credible.value
 
 
 def _beyond(found, expected):
