@@ -147,6 +147,7 @@ def test_every_cause_has_words(faulty_result):
             "other_targets",
             "kept_gross_measurements",
             "displaced_region",
+            "wrong_approximate_points",
             "models_in_another_unit",
             "exchanged_image_names",
             "measurements_given_twice",

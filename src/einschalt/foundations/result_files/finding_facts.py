@@ -166,6 +166,13 @@ FACTS = Part(
             "",
             "whether the control points in the region are displaced as well",
         ),
+        "wrong_points": (
+            "",
+            (
+                "the approximate points that are wrong, one object for each, the "
+                "worst first, at most 100"
+            ),
+        ),
         "further_regions": (
             "",
             "the other displaced regions, each with the same names",

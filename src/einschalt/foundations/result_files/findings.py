@@ -226,6 +226,32 @@ FACT_TARGETS = Part(
     },
 )
 
+FACT_WRONG_POINTS = Part(
+    places=("findings[].facts.wrong_points[]",),
+    names={
+        "point_id": ("", "name of the point"),
+        "easting": ("m", "how far it is given too far to the east, by its models"),
+        "northing": ("m", "how far it is given too far to the north, by its models"),
+        "size": ("m", "length of that shift"),
+        "standard_error": ("m", "standard error of each coordinate of the shift"),
+        "n_models": (
+            "",
+            (
+                "number of models that agree about the point; of coverages where "
+                "models share photographs"
+            ),
+        ),
+        "control_is_alike": ("", "whether control gives the point as wrong"),
+        "exchanged_with": (
+            "",
+            (
+                "point at whose given place it lies, while that one lies at its own; "
+                "empty without one"
+            ),
+        ),
+    },
+)
+
 FACT_REASONS = Part(
     places=("findings[].facts.reasons[]",),
     names={
@@ -247,5 +273,6 @@ PARTS = (
     FACT_TESTS,
     FACT_EXCHANGES,
     FACT_TARGETS,
+    FACT_WRONG_POINTS,
     FACT_REASONS,
 )

@@ -211,9 +211,9 @@ CREDIBLE = Part(
         "elsewhere": (
             "m",
             (
-                "value for the points that no displaced region has moved; null "
-                "without a displaced region, or if nothing tells which part is "
-                "displaced"
+                "value for the points that no displaced region has moved, and that "
+                "no model with a wrong approximate point holds; null without any of "
+                "these, or if nothing tells which part is displaced"
             ),
         ),
     },
@@ -264,6 +264,9 @@ CREDIBLE = Part(
             "displaced": (
                 "a region of given points is displaced, and its effect is added to "
                 "the rest"
+            ),
+            "wrong_points": (
+                "single given points are wrong, and their effect is added to the rest"
             ),
         },
         "doubt": {

@@ -22,6 +22,10 @@ MEANINGS = mark_each(
         "other_targets": (
             "Points for which the two flights have measured different targets."
         ),
+        "wrong_approximate_points": (
+            "Single given approximate points that lie elsewhere by all models that "
+            "hold them."
+        ),
         "displaced_region": (
             "Regions whose given approximate points are displaced together, all of "
             "each by the same vector, against all others."
@@ -232,6 +236,10 @@ CAUSES = mark_each(
         ),
         "other_targets": (
             "In all photographs of one flight another object was taken for the point."
+        ),
+        "wrong_approximate_points": (
+            "A misprint, exchanged names or another target gave the point wrong "
+            "coordinates."
         ),
         "displaced_region": (
             "The coordinates of these points come from another network, strip, "

@@ -27,6 +27,12 @@ TESTS = mark_each(
             "Whether all models of the low flight, each fitted without the point, "
             "agree that it lies elsewhere than in the high flight."
         ),
+        "wrong_approximate_points": (
+            "The correction of each approximate point in an adjustment of all models "
+            "onto them, the worst taken out one by one, against chance in all of them "
+            "together and the median of all; the models that hold the point must "
+            "agree about it."
+        ),
         "displaced_region": (
             "The shift of round regions of all sizes, of all on one side of lines, and "
             "of bands, in an adjustment of all models onto the approximate points, "
@@ -254,6 +260,7 @@ REMEDIES_OF = {
     "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),
+    "wrong_approximate_points": ("correct_or_take_out_points",),
     "displaced_region": ("correct_region_or_give_group", "compare_both_parts"),
     "measurements_given_twice": ("take_copies_out",),
     "models_in_another_unit": ("convert_these_models",),

@@ -63,6 +63,8 @@ class Reason(StrEnum):
     UNKNOWN = "unknown"
     # a region of given points is displaced, and what that does is added to the rest
     DISPLACED = "displaced"
+    # so are single given points
+    WRONG_POINTS = "wrong_points"
 
 
 # figures that are at least as large
@@ -82,7 +84,7 @@ class CredibleFigure:
     factor: float
     reason: Reason
     doubt: Doubt = Doubt.NONE  # of the whole frame, which no figure can hold
-    # that of the points that no displaced region has moved; NaN where none is known
+    # that of the points that nothing displaced has moved; NaN where none is known
     elsewhere: float = np.nan
 
 
@@ -92,7 +94,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
-    if examined.displaced_regions:
+    if examined.is_put_off:
         return _beside_region(examined)
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
@@ -132,16 +134,17 @@ def figure_of_two_steps(examined) -> CredibleFigure:
 
 
 def _beside_region(examined):
-    """The figure without displaced regions, and how far these move the new points.
+    """The figure without displaced points, and how far these move the new points.
 
     A lower bound, since the others may be off instead.
     """
     rest = examined.corrected.credible
+    has_regions = bool(examined.displaced_regions)
     return replace(
         rest,
         value=float(np.hypot(rest.value, examined.moved_at_once)),
         is_lower_bound=True,
-        reason=Reason.DISPLACED,
+        reason=Reason.DISPLACED if has_regions else Reason.WRONG_POINTS,
         elsewhere=float(np.hypot(rest.value, examined.moved_outside)),
     )
 
@@ -268,7 +271,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
-    if examined.displaced_regions:
+    if examined.is_put_off:
         return _beside_region(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)

@@ -45,7 +45,9 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
 OTHER_TARGETS, WRONG_HEIGHT = "other_targets", "wrong_control_height"
-REGION, CLAIM = "displaced_region", "claim_that_does_not_stand"
+CLAIM = "claim_that_does_not_stand"
+# the block is computed without them: the first of them explains what is gone then
+PUT_OFF = ("wrong_approximate_points", "displaced_region")
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
@@ -172,15 +174,15 @@ def with_other_targets(examined, judges, findings):
 
 
 def with_displaced_region(examined, judges, findings):
-    """Put what is gone once a region is put right under that region."""
-    cause = next((found for found in findings if found.code == REGION), None)
-    if cause is None:
+    """Put what is gone without displaced regions, and wrong points, under these."""
+    causes = [found for found in findings if found.code in PUT_OFF]
+    if not causes:
         return findings
     left = {found.code: found for found in findings_of(examined.corrected, judges)}
     explained = tuple(
         found.code
         for found in findings
-        if _may_follow(found) and found.code not in {REGION, *left}
+        if _may_follow(found) and found.code not in {*PUT_OFF, *left}
     )
     beside = tuple(
         _beside_region(found, left[CLAIM])
@@ -188,7 +190,7 @@ def with_displaced_region(examined, judges, findings):
         else found
         for found in findings
     )
-    return with_consequences(cause, beside, explained)
+    return with_consequences(causes[0], beside, explained)
 
 
 def _beside_region(claim, left):

@@ -60,7 +60,7 @@ def tolerance_of(settings):
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
     """The propagated figure, or the larger one of the budget, as it was tested."""
-    if examined.displaced_regions:
+    if examined.is_put_off:
         return _checked_beside_region(examined)
     figure = examined.credible
     return CheckedFigure(
@@ -76,7 +76,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
     It falls where known points or residuals contradict it.
     """
-    if examined.displaced_regions:
+    if examined.is_put_off:
         return _checked_beside_region(examined)
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
@@ -88,14 +88,19 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
 
 def _checked_beside_region(examined):
-    """That of the points which no displaced region moves, if these are told."""
+    """That of the points which no displaced region or point moves, if it is told."""
     figure, is_told = examined.corrected.checked, examined.displaced_part_is_told
     is_supported = figure.is_supported and is_told
     return replace(figure, is_supported=is_supported, is_told=is_told)
 
 
 def _is_block_suspect(examined):
-    """Whether the block is off by so much more than its claim that no point is good."""
+    """Whether the block is off by so much more than its claim that no point is good.
+
+    Beside single given points that are wrong, what they do to each point is known.
+    """
+    if examined.wrong_given_points and not examined.displaced_regions:
+        examined = examined.corrected
     found, figures = examined.credible, examined.figures
     claimed = np.fmin(figures.mean_total, figures.mean_paper)
     return bool(found.is_lower_bound and found.value > GROSS * claimed)
@@ -107,10 +112,11 @@ def judged_points(examined):
     With ``standard_error_checked`` (the figure to believe, TOTAL [m], enlarged where
     measurements exceed it; a lower bound where the claim does not stand), and
     ``standard_error_height_checked`` where heights have standard errors;
-    ``is_suspect`` holds the points of ``suspects`` and of a displaced region as well,
-    and all points where the figure is a lower bound more than ``GROSS`` times what was
-    claimed; with a tolerance in the settings ``is_within_tolerance``. Nothing passes
-    where the claim does not stand, and no suspect passes.
+    ``is_suspect`` holds the points of ``suspects``, those of a displaced region, those
+    that are given wrong, and all points where the figure is a lower bound more than
+    ``GROSS`` times what was claimed; with a tolerance in the settings
+    ``is_within_tolerance``. Nothing passes where the claim does not stand, and no
+    suspect passes.
     """
     points = examined.points
     if points.empty:
@@ -124,6 +130,8 @@ def judged_points(examined):
     is_suspect |= _is_block_suspect(examined)
     for region in examined.displaced_regions:
         is_suspect |= is_among(points["point_id"], region.point_ids)
+    wrong = [each.point_id for each in examined.wrong_given_points]
+    is_suspect |= is_among(points["point_id"], wrong)
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:
         factor = examined.credible_heights.factor

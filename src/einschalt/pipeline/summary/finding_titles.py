@@ -7,6 +7,7 @@ TITLES = mark_each(
         "exchanged_names": "exchanged names",
         "exchanged_image_names": "names exchanged in a photograph",
         "other_targets": "different targets in both flights",
+        "wrong_approximate_points": "wrong approximate points",
         "displaced_region": "displaced region of given points",
         "kept_gross_measurements": "gross errors that take part",
         "measurements_given_twice": "measurements given twice",

@@ -4,7 +4,7 @@ import math
 from functools import singledispatch
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.choice import SIMULTANEOUS, TWO_STEP
 from einschalt.pipeline.assessment.credibility import Reason
@@ -43,6 +43,7 @@ CAUSES = mark_each(
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
         "wrong_control_height": "check the wrong control height first",
+        "wrong_approximate_points": "check approximate point {name} first",
         "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "models_in_another_unit": "convert the models in another unit first",
@@ -53,7 +54,19 @@ CAUSES = mark_each(
         ),
     }
 )
+# where there are several of them, the worst is named
+CAUSE_OF_SEVERAL = mark_each(
+    {
+        "wrong_approximate_points": (
+            "check approximate points first, {name} above all ({n} are wrong)"
+        ),
+    }
+)
 ELSEWHERE = mark("{figure} outside displaced regions")
+ELSEWHERE_OF_BOTH = mark(
+    "{figure} outside displaced regions and models with wrong approximate points"
+)
+ELSEWHERE_OF_POINTS = mark("{figure} outside models with wrong approximate points")
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
 # what stands behind the number of points
@@ -89,7 +102,7 @@ def verdict_on(assessment) -> str:
     precision, credible = assessment.precision, assessment.credible
     parts = [
         _new_points(precision, credible, assessment.known_points.differences),
-        _elsewhere(credible),
+        _elsewhere(credible, assessment.findings),
         _spread(assessment),
         _better(assessment.better),
         _heights(assessment.credible_heights),
@@ -117,11 +130,16 @@ def _n_known(known):
     return sum(n for quantity, n, _ in known if quantity != LEFT_OUT)
 
 
-def _elsewhere(credible):
-    """The figure of the points that no displaced region has moved, if there is one."""
+def _elsewhere(credible, findings):
+    """The figure of the points that nothing displaced has moved, if there is one."""
     if not math.isfinite(credible.elsewhere):
         return ""
-    return translated(ELSEWHERE, figure=length(credible.elsewhere))
+    codes = {found.code for found in findings}
+    words = ELSEWHERE
+    if "wrong_approximate_points" in codes:
+        has_regions = "displaced_region" in codes
+        words = ELSEWHERE_OF_BOTH if has_regions else ELSEWHERE_OF_POINTS
+    return translated(words, figure=length(credible.elsewhere))
 
 
 def _spread(assessment):
@@ -144,7 +162,13 @@ def _cause(assessment):
     """Say what to mend first where something contradicts the figure."""
     if not assessment.causes or not assessment.credible.is_lower_bound:
         return ""
-    return translated(CAUSES[assessment.causes[0]])
+    code = assessment.causes[0]
+    names = next(found.names for found in assessment.findings if found.code == code)
+    if code not in CAUSE_OF_SEVERAL:  # which name no point
+        return translated(CAUSES[code])
+    words = CAUSES[code] if len(names) == 1 else CAUSE_OF_SEVERAL[code]
+    n = figure(len(names), "d")
+    return translated(words, name=printable(names[0]), n=n)
 
 
 def _heights(credible):

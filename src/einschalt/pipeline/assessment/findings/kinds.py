@@ -12,6 +12,7 @@ KINDS = {
     "control_under_another_name": (CONTROL, GRAVE),
     "kept_gross_measurements": (MEASUREMENTS, GRAVE),
     "other_targets": (MEASUREMENTS, GRAVE),
+    "wrong_approximate_points": (POINTS, GRAVE),
     "displaced_region": (POINTS, GRAVE),
     "measurements_given_twice": (MEASUREMENTS, GRAVE),
     "models_in_another_unit": (MODELS, GRAVE),

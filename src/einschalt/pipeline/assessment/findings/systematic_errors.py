@@ -206,6 +206,45 @@ def displaced_region(examined):
     )
 
 
+def wrong_approximate_points(examined):
+    """Single given points that lie elsewhere by all models that hold them."""
+    points = examined.wrong_given_points
+    if not points:
+        return None
+    is_only = not examined.displaced_regions
+    return finding(
+        "wrong_approximate_points",
+        names=[point.point_id for point in points],
+        statistic="distance of a given point from where its models have it",
+        observed=points[0].size,
+        expected=0.0,
+        probability=max(point.p_value for point in points),
+        remedy="correct_or_take_out_points",
+        facts={
+            "n_points": len(points),
+            "n_given": points[0].n_given,
+            "largest": points[0].size,
+            "wrong_points": tuple(map(_told_point, points[:MOST_NAMED])),
+            # what single points and regions do together is told of the regions
+            "moved": examined.moved_at_once if is_only else np.nan,
+        },
+    )
+
+
+def _told_point(point):
+    easting, northing = point.shift
+    return {
+        "point_id": point.point_id,
+        "easting": easting,
+        "northing": northing,
+        "size": point.size,
+        "standard_error": point.standard_error,
+        "n_models": point.n_models,
+        "control_is_alike": point.control_is_alike,
+        "exchanged_with": point.exchanged_with,
+    }
+
+
 def _told_region(region):
     (easting, northing), middle = region.shift, region.middle
     return {
@@ -226,6 +265,7 @@ def _told_region(region):
 
 
 TWO_STEP = (
+    wrong_approximate_points,
     displaced_region,
     film_affinity,
     curved_models,

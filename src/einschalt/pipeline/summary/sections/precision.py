@@ -118,12 +118,17 @@ BELIEVE_DISPLACED = mark(
     "Use the figure of the first line for all points together: it includes what "
     "displaced regions do to them; standard_error_checked has it point by point."
 )
+BELIEVE_WRONG_POINTS = mark(
+    "Use the figure of the first line for all points together: it includes what wrong "
+    "approximate points do to them; standard_error_checked has it point by point."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
     Reason.STATED: BELIEVE_STATED,
     Reason.ASSUMED: BELIEVE_ASSUMED,
     Reason.DISPLACED: BELIEVE_DISPLACED,
+    Reason.WRONG_POINTS: BELIEVE_WRONG_POINTS,
 }
 SIMULTANEOUS = mark(
     "simultaneous: all models of all flights and the control in one adjustment; stated "

@@ -33,7 +33,12 @@ DISPLACED = mark(
     "Figure used: what is left without displaced regions, and what these do to each "
     "point."
 )
+WRONG_POINTS = mark(
+    "Figure used: what is left without wrong approximate points, and what these do to "
+    "each point."
+)
 FALLEN_TOGETHER = mark("None passes, since nothing tells which part is displaced.")
+PUT_OFF = {Reason.DISPLACED: DISPLACED, Reason.WRONG_POINTS: WRONG_POINTS}
 UNTESTED = mark("The figure is not tested: no measurement could contradict it.")
 SUSPECTS = mark("{n:suspect does|suspects do} not pass: {names}.")
 MISSED = mark(
@@ -73,8 +78,8 @@ def _figure(used, credible):
     """Which figure decided, and whether it stands."""
     if not used.column:
         return (translated(UNKNOWN),)
-    if credible.reason is Reason.DISPLACED:
-        return _beside_regions(used)
+    if credible.reason in PUT_OFF:
+        return _beside_regions(used, PUT_OFF[credible.reason])
     is_adjusted = credible.reason in ADJUSTMENTS
     title = translated(ADJUSTED if is_adjusted else TITLES[used.column])
     if is_enlarged := used.factor > 1.0:
@@ -87,11 +92,11 @@ def _figure(used, credible):
     return remarks if used.is_tested else [*remarks, translated(UNTESTED)]
 
 
-def _beside_regions(used):
-    """The same where regions of given points are displaced."""
+def _beside_regions(used, words):
+    """The same where regions of given points, or single ones, are displaced."""
     fallen = FALLEN_STILL if used.is_told else FALLEN_TOGETHER
     fallen = () if used.is_supported else (translated(fallen),)
-    return (translated(DISPLACED), *fallen)
+    return (translated(words), *fallen)
 
 
 def _suspects(facts):

@@ -18,6 +18,11 @@ REMEDIES = mark_each(
             "give the points a group of their own, with group_error_m as large as the "
             "shift"
         ),
+        "correct_or_take_out_points": (
+            "Check where their coordinates come from (misprint, exchanged names, "
+            "another target) and correct them, or take these points out of the "
+            "approximate points"
+        ),
         "compare_both_parts": (
             "Nothing tells which part is off: compare where the coordinates of both "
             "come from (network, strip, photograph, system), and correct one of them, "
@@ -66,6 +71,30 @@ BROKEN = mark(
     "{n_control:count control point} lie apart from the others, by easting "
     "{easting:length}, northing {northing:length}: {names:names of n_points}. It moves "
     "the new points by {moved:length} (RMS)"
+)
+WRONG_POINTS = mark(
+    "{n_points:count approximate point} of {n_given} given ones lie elsewhere by all "
+    "models that hold them, by up to {largest:length}: {names:names of n_points}"
+)
+WRONG_POINTS_MOVE = mark(
+    "{n_points:count approximate point} of {n_given} given ones lie elsewhere by all "
+    "models that hold them, by up to {largest:length}: {names:names of n_points}. That "
+    "moves the new points by {moved:length} (RMS)"
+)
+POINT_LIES = mark(
+    "{name}: by easting {easting}, northing {northing} (standard error of each "
+    "{standard_error}; {n:model agrees|models agree} about it)."
+)
+POINT_LIES_AT = mark(
+    "{name}: by easting {easting}, northing {northing} (standard error of each "
+    "{standard_error}; {n:model agrees|models agree} about it). It lies where {other} "
+    "is given, and {other} where {name} is: names are exchanged, in this list or in "
+    "all measurements."
+)
+POINT_LIES_WITH_CONTROL = mark(
+    "{name}: by easting {easting}, northing {northing} (standard error of each "
+    "{standard_error}; {n:model agrees|models agree} about it). Control gives it as "
+    "wrong."
 )
 REGION = mark(
     "{n_points} of {n_given:count approximate point} are displaced together against "
@@ -155,6 +184,32 @@ def broken_network(finding):
     return filled(BENT if finding.facts["kind"] == "bend" else BROKEN, finding)
 
 
+def wrong_approximate_points(finding):
+    """Which points, how far off each, and what that does."""
+    facts = finding.facts
+    words = WRONG_POINTS_MOVE if isfinite(facts["moved"]) else WRONG_POINTS
+    return Suggestion(
+        filled(words, finding),
+        translated(REMEDIES[finding.remedy]),
+        details=(
+            *map(_point_lies, facts["wrong_points"][:MOST_SHOWN]),
+            *explained(facts.get("explains", ())),
+        ),
+    )
+
+
+def _point_lies(point):
+    """A sentence on one wrong point."""
+    words = POINT_LIES_WITH_CONTROL if point["control_is_alike"] else POINT_LIES
+    words = POINT_LIES_AT if point["exchanged_with"] else words
+    lengths = {
+        name: length(point[name]) for name in ("easting", "northing", "standard_error")
+    }
+    name = printable(point["point_id"])
+    other = printable(point["exchanged_with"])
+    return translated(words, name=name, other=other, n=point["n_models"], **lengths)
+
+
 def displaced_region(finding):
     """Which points, how far off and where; and whether control is off with them."""
     facts = finding.facts
@@ -195,6 +250,7 @@ def _control(finding, part):
 
 WORDS = mark_each(
     {
+        "wrong_approximate_points": wrong_approximate_points,
         "displaced_region": displaced_region,
         "film_affinity": film_affinity,
         "curved_models": curved_models,

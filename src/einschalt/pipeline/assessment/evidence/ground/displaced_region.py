@@ -15,40 +15,37 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import encode, is_among
-from einschalt.pipeline.assessment.evidence.systematic_errors import FlightValues
+from einschalt.foundations.names import is_among
+from einschalt.pipeline.assessment.evidence.ground.onto_given_points import (
+    first_pass,
+    observations,
+    says_what_is_shared,
+)
+from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
+    look_for_wrong_points,
+    points_beside,
+)
 from einschalt.pipeline.assessment.evidence.without_gross_errors import gross_rows
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.two_steps import (
     TwoStepSolution,
     solve_in_two_steps,
 )
-from einschalt.stages.error_propagation.error_model import (
-    LOW,
-    errors_are_stated,
-    model_of_block,
-)
+from einschalt.stages.error_propagation.error_model import LOW
 from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import total_from_coordinate
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
-from einschalt.theory.block_adjustment.control_information import (
-    ControlValues,
-    control_checks,
-)
+from einschalt.theory.block_adjustment.control_information import control_checks
 
-# of the error of measurements: given points that are better weigh no more than that
-LEAST_GIVEN_ERROR = 0.1
 # of larger blocks the test takes longer than everything else
 MOST_GIVEN = 20_000
 # of the other points: of two parts as large as this nothing tells which one is off
 LARGEST_PART = 1.0 / 2.0
 SURELY = 3.0  # standard errors by which a shift may be less than it seems
-COMPLEX = np.array([1.0, 1j])
 
 
 @dataclass(frozen=True)
@@ -94,12 +91,43 @@ class GivenScan:
 
 
 class BesideDisplacedRegion:
-    """What can be asked of an examination about displaced regions."""
+    """What can be asked of an examination about displaced regions, and single points.
+
+    Regions are looked for without the single points that are wrong.
+    """
+
+    @cached_property
+    def _wrong_points(self):
+        """Each WrongGivenPoint, and the examination of the block without them."""
+        if self.two_step is not self:
+            return (), None  # an adjustment does not follow given points
+        return look_for_wrong_points(self, self._examined_without)
+
+    @property
+    def wrong_given_points(self):
+        """Each WrongGivenPoint that puts the points off, the largest first."""
+        return self._wrong_points[0]
+
+    @property
+    def is_put_off(self):
+        """Whether given points that are wrong, together or alone, put points off."""
+        return bool(self.displaced_regions or self.wrong_given_points)
+
+    def _examined_without(self, block):
+        """Examination of two steps of a block without some points."""
+        solution = self.solution
+        again = solve_in_two_steps(
+            block, solution.settings, solution.flights, _in_silence
+        )
+        again = type(self)(again)
+        vars(again)["_wrong_points"] = (), None  # they are looked for
+        return again
 
     @cached_property
     def region_scan(self) -> GivenScan:
         """The scan of the given approximate points, of an examination of two steps."""
-        return scan_given_points(self)
+        _, without = self._wrong_points
+        return scan_given_points(self) if without is None else without.region_scan
 
     @cached_property
     def displaced_regions(self):
@@ -125,11 +153,12 @@ class BesideDisplacedRegion:
     def corrected(self):
         """Examination of the block with the regions where the others have them.
 
-        None without a region.
+        And without single points that are wrong; None where there is nothing of it.
         """
-        solution = self.solution
+        _, without = self._wrong_points
+        solution = self.solution if without is None else without.solution
         if not self.displaced_regions:
-            return None
+            return without
         is_in_two_steps = isinstance(solution, TwoStepSolution)
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
         block = solution.block
@@ -139,15 +168,18 @@ class BesideDisplacedRegion:
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
         # they are looked for
         vars(again.two_step)["region_scan"] = GivenScan()
+        vars(again.two_step)["_wrong_points"] = (), None
         return again
 
     @cached_property
     def moved_by_region(self):
-        """How far the regions put each point off, TOTAL (n_points,) [m].
+        """How far what is wrong puts each point off, TOTAL (n_points,) [m].
 
-        Where nothing tells which part is off, as far as any explanation has it.
+        Where nothing tells which part is off, as far as any explanation has it. Single
+        points as far as they lie from where they are given: the models may all show
+        another target.
         """
-        return self._moved_by_each.max(axis=0)
+        return np.maximum(self._moved_by_each.max(axis=0), self._away_from_given)
 
     @cached_property
     def moved_at_once(self):
@@ -160,7 +192,7 @@ class BesideDisplacedRegion:
     def _moved_by_each(self):
         """By each explanation, (n_explanations, n_points) [m]."""
         points = self.solution.points
-        if not self.displaced_regions:
+        if not self.is_put_off:
             return np.zeros((1, len(points)))
         there = self.corrected.solution.points.set_index("point_id")[PLAN]
         there = there.reindex(points["point_id"]).to_numpy(dtype=float)
@@ -168,18 +200,39 @@ class BesideDisplacedRegion:
         others = [
             each.shift for each in self.displaced_regions if each.may_be_the_others
         ]
-        return np.stack([np.hypot(*(moved - s).T) for s in ((0.0, 0.0), *others)])
+        moved = [np.hypot(*(moved - s).T) for s in ((0.0, 0.0), *others)]
+        if any(each.exchanged_with for each in self.wrong_given_points):
+            # in the list, or in all measurements: nothing tells
+            moved.append(np.maximum(moved[0], self._away_from_given))
+        return np.stack(moved)
+
+    @property
+    def _away_from_given(self):
+        """How far wrong points lie from where they are given, 0 of others, (n,) [m]."""
+        points, known = self.solution.points, self.block.approximate_points
+        wrong = [each.point_id for each in self.wrong_given_points]
+        is_wrong = is_among(points["point_id"], wrong)
+        if not is_wrong.any():
+            return np.zeros(len(points))
+        there = known.drop_duplicates("point_id").set_index("point_id")[PLAN]
+        there = there.reindex(points["point_id"]).to_numpy(dtype=float)
+        apart = np.nan_to_num(values_of(points, PLAN) - there)
+        return np.where(is_wrong, np.hypot(*apart.T), 0.0)
 
     @cached_property
     def moved_outside(self):
         """RMS of that of the new points outside the regions [m].
 
-        NaN without any, or where nothing tells which part is off.
+        And outside models of single points that are wrong. NaN without anything of it,
+        or where nothing tells which part is off.
         """
-        regions, points = self.displaced_regions, self.solution.points
+        points = self.solution.points
+        inside = [region.point_ids for region in self.displaced_regions]
+        if self.wrong_given_points:
+            inside.append(points_beside(self, self.wrong_given_points))
         is_inside = np.zeros(len(points), dtype=bool)
-        for region in regions:
-            is_inside |= is_among(points["point_id"], region.point_ids)
+        for names in inside:
+            is_inside |= is_among(points["point_id"], names)
         moved = self.moved_by_region[~is_inside & (points["role"] == "new").to_numpy()]
         is_known = self.displaced_part_is_told and len(moved)
         return float(np.sqrt(np.mean(moved**2))) if is_known else np.nan
@@ -198,8 +251,7 @@ def scan_given_points(two_step) -> GivenScan:
     where errors of orientations bend models.
     """
     block, known = two_step.block, two_step.block.approximate_points
-    is_said = errors_are_stated(block) and not two_step.has_untold_groups
-    if block.high_flight is not None or known is None or is_said:
+    if known is None or says_what_is_shared(two_step):
         return GivenScan()
     if block.low_flight.is_oriented_numerically:
         return GivenScan(untested="orientations")
@@ -207,7 +259,8 @@ def scan_given_points(two_step) -> GivenScan:
         return GivenScan(untested="too_many")
     if two_step.error_model is None:
         return GivenScan()
-    places, errors, flight, given = _observations(two_step)
+    is_out = gross_rows(two_step, LOW, first_pass(two_step))
+    places, errors, flight, given = observations(two_step, is_out)
     if not len(flight.model):
         return GivenScan()
     known = known.iloc[places]
@@ -243,8 +296,7 @@ def _scan(flight, given, xy):
 
 def _larger_by_m_0(two_step, flight, given):
     """Given points with errors that explain m_0; None where the stated ones do."""
-    iteration = two_step.iteration
-    low = two_step.low if iteration is None else iteration.passes[0].low
+    low = first_pass(two_step)
     of_given = np.mean(1.0 / given.weight)
     left = low.m_0_plan**2 / 2.0 - np.mean(1.0 / flight.weight)
     if not left > of_given:
@@ -262,42 +314,6 @@ def _exceeds_stated(regions, errors):
         > total_from_coordinate(np.median(errors[region.rows]))
         for region in regions
     )
-
-
-def _observations(two_step):
-    """Given points that were fitted onto, errors, the low flight, these as control."""
-    block, iteration = two_step.block, two_step.iteration
-    known, points = block.approximate_points, two_step.model_points[LOW]
-    low = two_step.low if iteration is None else iteration.passes[0].low
-    model = two_step.error_model
-    if iteration is not None:
-        what = two_step.orientation_errors, two_step.own_deformation
-        model = model_of_block(block, two_step.model_points, None, low, *what)
-    names = encode(pd.concat([known["point_id"], points["point_id"]]))
-    codes, places = names.codes, model.places
-    measured = _in_plan(model.standard_errors[LOW])
-    is_out = gross_rows(two_step, LOW, low)
-    origin = values_of(known, PLAN).mean(axis=0)
-    values = FlightValues.of(low, points, codes[len(known) :], measured, is_out)
-    bent = values.displaced(two_step.own_deformation, 0)
-    flight = values.about(origin, bent, is_affine=low.kind == "affine")
-    errors = _given_errors(model)
-    error = np.maximum(errors, LEAST_GIVEN_ERROR * np.median(measured))
-    xy = values_of(known, PLAN)[places] - origin
-    given = ControlValues(codes[places], xy @ COMPLEX, error[places] ** -2.0)
-    return places, errors, flight, given
-
-
-def _in_plan(errors):
-    """Errors of one coordinate in plan, (n,), where heights may have others."""
-    return errors if errors.ndim == 1 else errors[:, 0]
-
-
-def _given_errors(model):
-    """Errors of one coordinate of the given points in plan, (n_points,) [m]."""
-    sizes = model.standard_errors
-    each = [c.covariances(sizes[source]) for source, c in model.ground.items()]
-    return np.sqrt(sum(each)[:, 0, 0])
 
 
 def _told(block, known, found, n_elsewhere):
