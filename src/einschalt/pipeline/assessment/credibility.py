@@ -310,7 +310,7 @@ def _moved(examined, claimed, *, is_refuted):
     """What is wrong moves the new points by so much, TOTAL, RMS [m]; 0 without."""
     moved = examined.displaced.plan
     moved = where_it_matters(moved, claimed, is_refuted=is_refuted)
-    moved = max(moved, _moved_by_strain(examined))
+    moved = max(moved, _moved_by_strain(examined), examined.moved_by_shown_heights)
     if is_refuted or moved > 0.0:  # the other way may be right
         moved = max(moved, examined.apart_from_two_steps.plan)
     return float(np.hypot(moved, examined.frame.could_be_off.plan))

@@ -51,6 +51,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     find_control_patterns,
     wrong_control,
 )
+from einschalt.pipeline.assessment.evidence.control.shown_heights import ShownHeights
 from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
@@ -138,7 +139,7 @@ def forwarding(part, *names):
 
 @forwarding("solution", *SOLVED)
 @dataclass(frozen=True, eq=False, repr=False)
-class Examination(PrecisionTables, BesideDisplacedRegion):
+class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     """What can be asked of a solution, whichever way it was computed."""
 
     solution: TwoStepSolution | SimultaneousSolution
@@ -500,13 +501,12 @@ class NothingExamined:
     solution: WithoutTwoSteps
 
     is_possible = False
-    components = None
+    components = oriented_high_points = None
     patterns = SystematicPatterns((), None)
     exchanged_names = other_targets = ()
     control_patterns = NO_PATTERNS
     height_claim = UNTESTED
     control_height_parts = (np.nan, np.nan)
-    oriented_high_points = None
     moved_by_left_out = NOTHING
 
 

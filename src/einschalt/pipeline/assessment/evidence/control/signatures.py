@@ -42,8 +42,13 @@ class Signatures:
         return self.left_out.all_differences[:, list(axes)].T.ravel()
 
     def covariance(self, axes):
-        """Covariance of the differences [m²], of as many rows as ``observed``."""
-        return covariance_of(self.left_out.chains, self.model.standard_errors, axes)
+        """Covariance of the differences [m²], of as many rows as ``observed``.
+
+        In plan with control heights as they show themselves, which tilt models.
+        """
+        is_plan = tuple(axes) == PLAN
+        model = self.examined.model_with_shown_heights if is_plan else self.model
+        return covariance_of(self.left_out.chains, model.standard_errors, axes)
 
     def of(self, patterns, axes):
         """Differences that each pattern makes for amplitudes of one.
