@@ -156,12 +156,24 @@ FACTS = Part(
             "",
             "points of the region, those nearest to its middle first, at most 100",
         ),
-        "n_given": ("", "number of all given approximate points"),
+        "n_given": ("", "number of all given points of that kind"),
+        "given": ("", "what is displaced, by the name of its table"),
+        "where": ("", "part of all these points in which the region lies"),
+        "part_is_told": (
+            "",
+            "whether it is known that the region is displaced, and not the others",
+        ),
         "standard_error": ("m", "standard error of each coordinate of the shift"),
         "middle_easting": ("m", "easting of the middle of the region"),
         "middle_northing": ("m", "northing of the middle of the region"),
         "extent": ("m", "largest extent of the region along easting or northing"),
-        "control": ("", "control points in the region, at most 100"),
+        "control": (
+            "",
+            (
+                "control points in the region, at most 100; of a region of control the "
+                "check points that are displaced with it"
+            ),
+        ),
         "control_is_alike": (
             "",
             "whether the control points in the region are displaced as well",
@@ -353,6 +365,21 @@ FACTS = Part(
             "step": "all points on one side of a line",
             "bend": "a quadratic strain",
             "scale": "heights of models against those of control",
+        },
+        "given": {
+            "approximate_points": "given approximate points",
+            "control_points": "control points",
+        },
+        "where": {
+            "north": "in the north",
+            "north_east": "in the north-east",
+            "east": "in the east",
+            "south_east": "in the south-east",
+            "south": "in the south",
+            "south_west": "in the south-west",
+            "west": "in the west",
+            "north_west": "in the north-west",
+            "middle": "in the middle",
         },
         "belief": {
             "check_points_simultaneous": (

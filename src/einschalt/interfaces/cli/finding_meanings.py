@@ -27,8 +27,8 @@ MEANINGS = mark_each(
             "hold them."
         ),
         "displaced_region": (
-            "Regions whose given approximate points are displaced together, all of "
-            "each by the same vector, against all others."
+            "Regions whose control points, or given approximate points, are displaced "
+            "together, all of each by the same vector, against all others."
         ),
         "measurements_given_twice": (
             "Models or photographs that are copies of others."

@@ -35,9 +35,9 @@ TESTS = mark_each(
         ),
         "displaced_region": (
             "The shift of round regions of all sizes, of all on one side of lines, and "
-            "of bands, in an adjustment of all models onto the approximate points, "
-            "against chance in all of them together; without it no smooth pattern may "
-            "be left."
+            "of bands, in an adjustment of all models onto control, or onto the "
+            "approximate points, against chance in all of them together; without it no "
+            "smooth pattern may be left."
         ),
         "measurements_given_twice": (
             "Whether points of two models or photographs have identical coordinates "
@@ -261,7 +261,9 @@ REMEDIES_OF = {
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),
     "wrong_approximate_points": ("correct_or_take_out_points",),
-    "displaced_region": ("correct_region_or_give_group", "compare_both_parts"),
+    "displaced_region": (
+        *("correct_region_or_give_group", "correct_control", "compare_both_parts"),
+    ),
     "measurements_given_twice": ("take_copies_out",),
     "models_in_another_unit": ("convert_these_models",),
     "models_larger_than_film": ("look_at_units_and_scale_number",),

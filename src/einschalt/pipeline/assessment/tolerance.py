@@ -128,8 +128,7 @@ def judged_points(examined):
     checked = np.hypot(used.factor * figure, examined.moved_by_region)
     is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
     is_suspect |= _is_block_suspect(examined)
-    for region in examined.displaced_regions:
-        is_suspect |= is_among(points["point_id"], region.point_ids)
+    is_suspect |= examined.is_displaced
     wrong = [each.point_id for each in examined.wrong_given_points]
     is_suspect |= is_among(points["point_id"], wrong)
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)

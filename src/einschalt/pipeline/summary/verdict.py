@@ -62,6 +62,21 @@ CAUSE_OF_SEVERAL = mark_each(
         ),
     }
 )
+# where a region of control is displaced
+CONTROL_IN = mark_each(
+    {
+        "north": "check the control points in the north first",
+        "north_east": "check the control points in the north-east first",
+        "east": "check the control points in the east first",
+        "south_east": "check the control points in the south-east first",
+        "south": "check the control points in the south first",
+        "south_west": "check the control points in the south-west first",
+        "west": "check the control points in the west first",
+        "north_west": "check the control points in the north-west first",
+        "middle": "check the control points in the middle first",
+    }
+)
+CONTROL_IN_PARTS = mark("compare both parts of the control network first")
 ELSEWHERE = mark("{figure} outside displaced regions")
 ELSEWHERE_OF_BOTH = mark(
     "{figure} outside displaced regions and models with wrong approximate points"
@@ -163,7 +178,12 @@ def _cause(assessment):
     if not assessment.causes or not assessment.credible.is_lower_bound:
         return ""
     code = assessment.causes[0]
-    names = next(found.names for found in assessment.findings if found.code == code)
+    cause = next(found for found in assessment.findings if found.code == code)
+    if cause.facts.get("given") == "control_points":
+        is_told = cause.facts["part_is_told"]
+        where = CONTROL_IN[cause.facts["where"]]
+        return translated(where if is_told else CONTROL_IN_PARTS)
+    names = cause.names
     if code not in CAUSE_OF_SEVERAL:  # which name no point
         return translated(CAUSES[code])
     words = CAUSES[code] if len(names) == 1 else CAUSE_OF_SEVERAL[code]

@@ -374,6 +374,8 @@ class _Scan:
         information = float(
             np.real(shown @ region - lost @ self.cofactor @ lost.conj())
         )
+        if not information > 0.0:  # nothing is known of them
+            return shown, 0.0
         return shown, abs(self.scores[rows].sum()) ** 2 / information
 
     def _beside_taken(self, region):

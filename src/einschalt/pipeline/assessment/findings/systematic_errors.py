@@ -11,6 +11,13 @@ from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 # of the figure that is claimed: a smaller bias adds half a per cent to it
 MIN_REPORTED_RATIO = 0.1
 MOST_DISPLACEMENTS = 10
+# from the middle of all points, over their extent: what is nearer lies in the middle
+LEAST_WAY = 0.1
+# counted from east, against the clock
+SIDES = (
+    *("east", "north_east", "north", "north_west"),
+    *("west", "south_west", "south", "south_east"),
+)
 
 
 def film_affinity(examined):
@@ -189,7 +196,8 @@ def displaced_region(examined):
     if not regions:
         return None
     first, *others = (_told_region(region) for region in regions)
-    is_told = examined.displaced_part_is_told
+    is_told, is_of_control = examined.displaced_part_is_told, regions[0].is_of_control
+    to_correct = "correct_control" if is_of_control else "correct_region_or_give_group"
     return finding(
         "displaced_region",
         names=[name for region in regions for name in region.point_ids],
@@ -197,9 +205,12 @@ def displaced_region(examined):
         observed=regions[0].size,
         expected=0.0,
         probability=max(region.p_value for region in regions),
-        remedy="correct_region_or_give_group" if is_told else "compare_both_parts",
+        remedy=to_correct if is_told else "compare_both_parts",
         facts={
             **first,
+            "given": "control_points" if is_of_control else "approximate_points",
+            "where": _side(regions[0].direction),
+            "part_is_told": is_told,
             "further_regions": tuple(others),
             "moved": examined.moved_at_once,
         },
@@ -243,6 +254,15 @@ def _told_point(point):
         "control_is_alike": point.control_is_alike,
         "exchanged_with": point.exchanged_with,
     }
+
+
+def _side(direction):
+    """In which part of all points a region lies: a word."""
+    if np.hypot(*direction) < LEAST_WAY:
+        return "middle"
+    east, north = direction
+    eighth = round(np.arctan2(north, east) / (np.pi / 4.0)) % len(SIDES)
+    return SIDES[eighth]
 
 
 def _told_region(region):

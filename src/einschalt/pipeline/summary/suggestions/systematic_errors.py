@@ -23,6 +23,11 @@ REMEDIES = mark_each(
             "another target) and correct them, or take these points out of the "
             "approximate points"
         ),
+        "correct_control": (
+            "Check whether they come from the same network, survey and system as the "
+            "others, and correct their coordinates; or give them a group of their "
+            "own, with group_error_m as large as the shift"
+        ),
         "compare_both_parts": (
             "Nothing tells which part is off: compare where the coordinates of both "
             "come from (network, strip, photograph, system), and correct one of them, "
@@ -103,6 +108,22 @@ REGION = mark(
     "{extent:length} across, about easting {middle_east}, northing {middle_north}. It "
     "moves the new points by {moved:length} (RMS)"
 )
+REGION_OF_CONTROL = mark(
+    "{n_points} of {n_given:count control point} are displaced together against all "
+    "others, by easting {easting:length}, northing {northing:length} (standard error "
+    "of each {standard_error:length}): {points:names of n_points}. The region is "
+    "{extent:length} across, about easting {middle_east}, northing {middle_north}. It "
+    "moves the new points by {moved:length} (RMS)"
+)
+OF_REGIONS_OF_CONTROL = mark(
+    "{n_points} of {n_given:count control point}, by easting {easting:length}, "
+    "northing {northing:length} (standard error of each {standard_error:length}): "
+    "{points:names of n_points}. The region is {extent:length} across, about easting "
+    "{middle_east}, northing {middle_north}."
+)
+CHECKS_ALIKE = mark(
+    "Check points there are displaced as well: {control:names of n_control}."
+)
 REGIONS = mark(
     "{n_regions} regions of given coordinates are displaced, each by a vector of its "
     "own: they move the new points by {moved:length} (RMS)"
@@ -119,6 +140,10 @@ CONTROL_ALIKE = mark(
 CONTROL_APART = mark(
     "Control in the region is not displaced: {control:names of n_control}."
 )
+WORDS_OF_REGION = {
+    "approximate_points": (REGION, OF_REGIONS),
+    "control_points": (REGION_OF_CONTROL, OF_REGIONS_OF_CONTROL),
+}
 AFFINITY = mark(
     "in the {flight} x is longer than y by {stretch}, with a shear of {shear}; effect "
     "{bias} (total, RMS)"
@@ -214,16 +239,17 @@ def displaced_region(finding):
     """Which points, how far off and where; and whether control is off with them."""
     facts = finding.facts
     further = facts.get("further_regions", ())
+    of_one, of_several = WORDS_OF_REGION[facts.get("given", "approximate_points")]
     if further:
         parts = [facts, *further]
         message = filled(REGIONS, finding, n_regions=str(len(parts)))
         details = [
             line
             for part in parts
-            for line in (_place(OF_REGIONS, finding, part), *_control(finding, part))
+            for line in (_place(of_several, finding, part), *_control(finding, part))
         ]
     else:
-        message, details = _place(REGION, finding, facts), _control(finding, facts)
+        message, details = _place(of_one, finding, facts), _control(finding, facts)
     return Suggestion(
         message,
         translated(REMEDIES[finding.remedy]),
@@ -245,6 +271,8 @@ def _control(finding, part):
     if not part["n_control"]:
         return ()
     words = CONTROL_ALIKE if part["control_is_alike"] else CONTROL_APART
+    if finding.facts.get("given") == "control_points":
+        words = CHECKS_ALIKE
     return (filled(words, finding, **part),)
 
 

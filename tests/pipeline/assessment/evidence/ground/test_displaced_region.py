@@ -157,6 +157,36 @@ def test_of_two_parts_about_alike_nothing_tells_which():
     assert "None passes, since nothing tells which part is displaced." in said
 
 
+def west(points):
+    return points["easting"] <= points["easting"].quantile(0.6)
+
+
+def east(points):
+    return ~west(points)
+
+
+@pytest.mark.parametrize("is_in", [west, east])
+@pytest.mark.parametrize("where", ["both", "east", "west"])
+def test_control_tells_which_of_two_halves_is_off(is_in, where):
+    block, truth, names = given(33, is_in, moves_control=False)
+    control = block.control_points
+    if where != "both":
+        lies_east = control["easting"] > truth["easting"].quantile(0.6)
+        control = control[lies_east == (where == "east")]
+        block = replace(block, control_points=control.reset_index(drop=True))
+    result = densified(block)
+    found = found_in(result)
+    assert found.remedy == "correct_region_or_give_group"
+    named = set(found.names)
+    assert len(named & names) > 0.9 * len(named | names)
+    shift = np.array([found.facts[axis] for axis in PLAN])
+    assert shift == pytest.approx(SHIFT, abs=4.0 * found.facts["standard_error"])
+    new, miss = true_errors(result, truth)
+    is_off = new.index.isin(names)
+    assert rms(new["standard_error_checked"][~is_off]) < 0.12
+    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+
+
 @pytest.mark.parametrize("seed", range(40, 46))
 def test_nothing_is_found_in_clean_blocks(seed):
     result = densified(given(seed)[0])

@@ -42,8 +42,12 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     """Find points for which the flights have measured different targets.
 
     Those farthest apart first; none where there is no high flight, or where so many
-    points differ that no targets were mistaken.
+    points differ that no targets were mistaken. Beside control that is displaced those
+    that are left once it is put right: it parts the flights, where their models reach
+    across its edge.
     """
+    if any(region.is_of_control for region in two_step.displaced_regions):
+        return find_other_targets(two_step.corrected)
     if two_step.high is None:
         return ()
     table = _predictions(two_step.low.residuals)

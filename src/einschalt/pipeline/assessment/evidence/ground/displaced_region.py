@@ -4,6 +4,7 @@ Where no high flight makes them, a part of a network, a strip or a photograph ma
 put the approximate coordinates of neighbours off together, and control with them. Each
 model lies where its points are, so that residuals show it at the rim only; all models
 adjusted at once, with the given points as observations, show it as clearly as can be.
+Under a high flight it is control that is displaced: see ``displaced_control``.
 
 The block is computed once more with the regions where the others have them: what moves
 is what they do to the points, and what is left is what the others are worth.
@@ -17,7 +18,17 @@ from functools import cached_property
 import numpy as np
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import is_among
+from einschalt.foundations.names import encode, is_among
+from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
+    scan_control,
+)
+from einschalt.pipeline.assessment.evidence.ground.given_region import (
+    GivenRegion,
+    KnownPoints,
+    by_known_points,
+    exceeds_stated,
+    told_region,
+)
 from einschalt.pipeline.assessment.evidence.ground.onto_given_points import (
     first_pass,
     observations,
@@ -37,41 +48,14 @@ from einschalt.stages.error_propagation.error_model import LOW
 from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
-from einschalt.theory.adjustment.least_squares import total_from_coordinate
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.control_information import control_checks
 
 # of larger blocks the test takes longer than everything else
 MOST_GIVEN = 20_000
-# of the other points: of two parts as large as this nothing tells which one is off
-LARGEST_PART = 1.0 / 2.0
-SURELY = 3.0  # standard errors by which a shift may be less than it seems
-
-
-@dataclass(frozen=True)
-class GivenRegion:
-    """Points that are given too far in one direction, against all others."""
-
-    point_ids: tuple[str, ...]  # those nearest to its middle first
-    n_given: int  # approximate points in all
-    middle: tuple[float, float]  # easting, northing [m]
-    extent: float  # largest distance across [m], along easting or northing
-    shift: tuple[float, float]  # easting, northing [m]
-    standard_error: float  # of each coordinate of the shift [m]
-    p_value: float  # by chance, of all regions that were tried together
-    control_ids: tuple[str, ...]  # control points in it
-    control_is_alike: bool  # whether these are displaced as well
-    n_elsewhere: int  # approximate points in no region that is displaced
-
-    @property
-    def size(self):
-        """Length of the shift [m]."""
-        return float(np.hypot(*self.shift))
-
-    @property
-    def may_be_the_others(self):
-        """Whether nothing tells which part is off: it, or those in no region."""
-        return len(self.point_ids) > LARGEST_PART * self.n_elsewhere
+# of the shift of control: what moves less is not of its region
+MOVED_WITH_CONTROL = 0.1
 
 
 @dataclass(frozen=True)
@@ -130,18 +114,23 @@ class BesideDisplacedRegion:
         return scan_given_points(self) if without is None else without.region_scan
 
     @cached_property
+    def control_regions(self):
+        """Regions of control that are displaced, of an examination of two steps."""
+        return scan_control(self)
+
+    @cached_property
     def displaced_regions(self):
         """Each GivenRegion that puts the points off, the clearest first."""
         two_step = self.two_step
         if not two_step.is_possible:
             return ()
         if two_step is self:
-            return self.region_scan.regions
+            return self.region_scan.regions or self.control_regions
         # an adjustment follows control alone
         return tuple(
             region
             for region in two_step.displaced_regions
-            if region.control_ids and region.control_is_alike
+            if region.is_of_control or (region.control_ids and region.control_is_alike)
         )
 
     @property
@@ -167,8 +156,8 @@ class BesideDisplacedRegion:
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
         # they are looked for
-        vars(again.two_step)["region_scan"] = GivenScan()
-        vars(again.two_step)["_wrong_points"] = (), None
+        unseen = {"region_scan": GivenScan(), "control_regions": ()}
+        vars(again.two_step).update(unseen, _wrong_points=((), None))
         return again
 
     @cached_property
@@ -220,20 +209,32 @@ class BesideDisplacedRegion:
         return np.where(is_wrong, np.hypot(*apart.T), 0.0)
 
     @cached_property
+    def is_displaced(self):
+        """Which points lie in a region that is displaced, (n_points,).
+
+        Of control: those that it moves by more than a tenth of its shift.
+        """
+        points = self.solution.points
+        is_inside = np.zeros(len(points), dtype=bool)
+        for region in self.displaced_regions:
+            is_inside |= is_among(points["point_id"], region.point_ids)
+        sizes = [each.size for each in self.displaced_regions if each.is_of_control]
+        least = MOVED_WITH_CONTROL * min(sizes, default=np.inf)
+        return is_inside | (self.moved_by_region > least)
+
+    @cached_property
     def moved_outside(self):
         """RMS of that of the new points outside the regions [m].
 
         And outside models of single points that are wrong. NaN without anything of it,
         or where nothing tells which part is off.
         """
-        points = self.solution.points
-        inside = [region.point_ids for region in self.displaced_regions]
+        is_inside = self.is_displaced
         if self.wrong_given_points:
-            inside.append(points_beside(self, self.wrong_given_points))
-        is_inside = np.zeros(len(points), dtype=bool)
-        for names in inside:
-            is_inside |= is_among(points["point_id"], names)
-        moved = self.moved_by_region[~is_inside & (points["role"] == "new").to_numpy()]
+            beside = points_beside(self, self.wrong_given_points)
+            is_inside = is_inside | is_among(self.solution.points["point_id"], beside)
+        is_new = (self.solution.points["role"] == "new").to_numpy()
+        moved = self.moved_by_region[~is_inside & is_new]
         is_known = self.displaced_part_is_told and len(moved)
         return float(np.sqrt(np.mean(moved**2))) if is_known else np.nan
 
@@ -266,11 +267,47 @@ def scan_given_points(two_step) -> GivenScan:
     known = known.iloc[places]
     scan = _scanned(two_step, flight, given, values_of(known, PLAN))
     shared = errors[places] * scan.enlargement
-    found = scan.regions if _exceeds_stated(scan.regions, shared) else ()
-    n_elsewhere = len(known) - sum(len(region.rows) for region in found)
-    regions = tuple(_told(block, known, region, n_elsewhere) for region in found)
+    found = scan.regions if exceeds_stated(scan.regions, shared) else ()
+    regions = _told(block, known, found, errors[places])
     clearest = float(np.sqrt(scan.square)), float(scan.p_value)
     return GivenScan(regions, len(known), scan.n_tried, *clearest, scan.detectable)
+
+
+def _told(block, known, found, errors):
+    """GivenRegion of each that was found, or of all others where these are off."""
+    control = block.control_points
+
+    def beside(region, roles=(True, False)):
+        """Control, and check points."""
+        return [_beside(known, region, control, errors, held) for held in roles]
+
+    found, is_decided = by_known_points(found, len(known), beside)
+    n_elsewhere = len(known) - sum(len(region.rows) for region in found)
+    how = {"is_of_control": False, "is_decided": is_decided}
+    return tuple(
+        told_region(known, region, n_elsewhere, beside(region, (True,))[0], **how)
+        for region in found
+    )
+
+
+def _beside(known, region, control, errors, is_held):
+    """Control points, or check points, with given approximate coordinates."""
+    if control is None:
+        none = np.zeros(0)
+        return KnownPoints(none, none.astype(bool), np.zeros((0, 2)), none)
+    is_wanted = ((control["role"] != "check") == is_held).to_numpy()
+    is_wanted = is_wanted & is_among(control["point_id"], known["point_id"])
+    control = control[is_wanted]
+    rows = encode(known["point_id"]).locate(encode(control["point_id"]))
+    own = np.zeros(len(control))
+    if "standard_error_m" in control:
+        own = np.nan_to_num(control["standard_error_m"].to_numpy(dtype=float))
+    return KnownPoints(
+        control["point_id"].to_numpy(dtype=object),
+        np.isin(rows, region.rows),
+        values_of(known, PLAN)[rows] - values_of(control, PLAN),
+        np.hypot(errors[rows], own / SQRT2),
+    )
 
 
 def _scanned(two_step, flight, given, xy):
@@ -304,54 +341,15 @@ def _larger_by_m_0(two_step, flight, given):
     return replace(given, weight=given.weight * of_given / left)
 
 
-def _exceeds_stated(regions, errors):
-    """Whether each shift surely exceeds what is stated of points, which may be shared.
-
-    ``errors`` (n,) of one coordinate of the given points [m].
-    """
-    return all(
-        np.hypot(*region.shift) - SURELY * region.standard_error
-        > total_from_coordinate(np.median(errors[region.rows]))
-        for region in regions
-    )
-
-
-def _told(block, known, found, n_elsewhere):
-    """The region by its names, with the control points in it."""
-    inside = known.iloc[found.rows]
-    xy = values_of(inside, PLAN)
-    middle = xy.mean(axis=0)
-    order = np.argsort(np.sum((xy - middle) ** 2, axis=1), kind="stable")
-    names, alike = (), True
-    control = block.control_points
-    if control is not None:
-        is_held = (control["role"] != "check").to_numpy()
-        control = control[is_held & is_among(control["point_id"], inside["point_id"])]
-        there = inside.set_index("point_id")[PLAN].loc[control["point_id"]]
-        names = tuple(control["point_id"].astype(str))
-        apart = values_of(control, PLAN) - there.to_numpy(dtype=float)
-        mean = apart.mean(axis=0) if names else np.zeros(2)
-        # control that is right lies apart by the shift, the other way
-        alike = bool(np.sum(mean**2) < np.sum((mean + found.shift) ** 2))
-    return GivenRegion(
-        point_ids=tuple(inside["point_id"].iloc[order].astype(str)),
-        n_given=len(known),
-        middle=tuple(map(float, middle)),
-        extent=float(np.ptp(xy, axis=0).max()),
-        shift=tuple(map(float, found.shift)),
-        standard_error=float(found.standard_error),
-        p_value=float(found.p_value),
-        control_ids=names,
-        control_is_alike=alike,
-        n_elsewhere=n_elsewhere,
-    )
-
-
 def _corrected(block, region):
     """A block with the region where all others have it."""
-    names = {"approximate_points": region.point_ids}
-    if region.control_ids and region.control_is_alike:
-        names["control_points"] = region.control_ids
+    with_it = region.control_ids if region.control_is_alike else ()
+    if region.is_of_control:
+        names = {"control_points": (*region.point_ids, *with_it)}
+    else:
+        names = {"approximate_points": region.point_ids}
+        if with_it:
+            names["control_points"] = with_it
     return replace(
         block,
         **{

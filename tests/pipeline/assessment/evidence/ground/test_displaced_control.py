@@ -1,0 +1,126 @@
+"""A part of control that is displaced: it is named first, and not single points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+
+PLAN = ["easting", "northing"]
+SHIFT = np.array([1.2, 0.9])
+
+
+def simulated(seed=1, transformation="affine"):
+    geometry = replace(
+        PRESETS["demo"].geometry,
+        width=4200.0,
+        height=3600.0,
+        point_spacing=300.0,
+        n_check=10,
+        transformation=transformation,
+    )
+    return simulate_block("demo", seed=seed, geometry=geometry)
+
+
+def south_west(points):
+    return (points[PLAN] < points[PLAN].median()).all(axis=1)
+
+
+def displaced(block, is_in=south_west):
+    """Control and check points of a part off, and the names of this control."""
+    control = block.control_points.copy()
+    rows = is_in(control).to_numpy()
+    control.loc[rows, PLAN] += SHIFT
+    is_control = (control["role"] == "control").to_numpy()
+    names = [
+        set(control.loc[rows & of, "point_id"]) for of in (is_control, ~is_control)
+    ]
+    return replace(block, control_points=control), *names
+
+
+def rms(result, truth):
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    miss = new[PLAN] - truth.set_index("point_id").loc[new.index, PLAN]
+    return float(np.sqrt(np.mean(np.sum(miss.to_numpy() ** 2, axis=1))))
+
+
+@pytest.mark.parametrize("transformation", ["affine", "helmert", "helmert_3d"])
+def test_a_quarter_is_named_first(transformation):
+    block, names, checks = displaced(simulated(transformation=transformation))
+    result = densify(block, Settings())
+    told, (first, *others) = result.assessment, result.assessment.findings
+    assert first.code == "displaced_region"
+    assert set(first.names) == names
+    assert first.remedy == "correct_control"
+    shift = [first.facts[axis] for axis in PLAN]
+    assert shift == pytest.approx(SHIFT, abs=4.0 * first.facts["standard_error"])
+    assert told.causes[0] == "displaced_region"
+    head, *_ = result.summary().splitlines()
+    assert "; check the control points in the south-west first" in head
+    alone = {found.code for found in others if not found.explained_by}
+    assert not {"control_that_contradicts", "broken_network"} & alone
+    assert "other_targets" not in {found.code for found in others}
+    true = rms(result, block.truth)
+    assert told.credible.value == pytest.approx(true, rel=0.1)
+    assert told.credible.elsewhere < 0.15
+    assert set(first.facts["control"]) == checks
+
+
+def test_of_two_halves_that_check_points_follow_nothing_tells():
+    def west(points):
+        return points["easting"] < points["easting"].median()
+
+    block, *_ = displaced(simulated(), west)
+    result = densify(block, Settings())
+    first = next(f for f in result.assessment.findings if not f.explained_by)
+    assert (first.code, first.remedy) == ("displaced_region", "compare_both_parts")
+    head, *_ = result.summary().splitlines()
+    assert "; compare both parts of the control network first" in head
+    # these flights are parted by control, and have measured the same targets
+    assert "other_targets" not in {f.code for f in result.assessment.findings}
+
+
+def test_of_two_halves_check_points_tell_that_do_not_follow():
+    def west(points):
+        is_control = points["role"] == "control"
+        return is_control & (points["easting"] < points["easting"].median())
+
+    block, names, _ = displaced(simulated(), west)
+    result = densify(block, Settings())
+    first = next(f for f in result.assessment.findings if not f.explained_by)
+    assert (first.code, first.remedy) == ("displaced_region", "correct_control")
+    assert set(first.names) == names
+    head, *_ = result.summary().splitlines()
+    assert "; check the control points in the west first" in head
+
+
+def test_another_target_beside_a_displaced_part_is_named():
+    block, names, _ = displaced(simulated())
+    points = block.low_flight.model_points
+    east = block.truth["easting"] > block.truth["easting"].quantile(0.7)
+    known = block.control_points["point_id"]
+    new = block.truth.loc[east & ~block.truth["point_id"].isin(known), "point_id"]
+    name = points.loc[points["point_id"].isin(new), "point_id"].value_counts().idxmax()
+    moved = points.copy()
+    is_it = moved["point_id"] == name
+    moved.loc[is_it, "x"] += 1000.0 / block.low_flight.scale_number
+    low = replace(block.low_flight, model_points=moved)
+    result = densify(replace(block, low_flight=low), Settings())
+    found = {each.code: each for each in result.assessment.findings}
+    assert found["other_targets"].names == (name,)
+    assert not found["other_targets"].explained_by
+    assert set(found["displaced_region"].names) == names
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_single_wrong_points_are_no_region(seed):
+    block = simulated(seed)
+    control = block.control_points.copy()
+    rows = control.index[control["role"] == "control"][::11]
+    control.loc[rows, "easting"] += [1.0, -0.7, 0.5, 0.9][: len(rows)]
+    result = densify(replace(block, control_points=control), Settings())
+    assert result.examination.displaced_regions == ()
+    assert densify(block, Settings()).examination.displaced_regions == ()
