@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.block.facts import ORIENTATION_CASES, ORIENTATION_METHODS
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
@@ -141,3 +142,33 @@ def test_models_without_coverage_are_of_the_first(flight):
     assert set(found.orientations["coverage"]) == {"1"}
     assert set(found.model_points["coverage"]) == {"1"}
     assert len(found.failures) == 0
+
+
+def test_every_model_of_exchanged_photographs_is_a_failure():
+    """Photographs of two strips: nothing is left of their pairs, which are told."""
+    geometry = replace(PRESETS["demo"].geometry, measurement="images")
+    flight = simulate_block("demo", seed=2, geometry=geometry).low_flight
+    names = flight.image_points["image_id"].unique()
+    one, other = names[1], names[-2]
+    exchanged = {one: other, other: one}
+    points = flight.image_points.assign(
+        image_id=flight.image_points["image_id"].replace(exchanged)
+    )
+    result = relative_orientation(replace(flight, image_points=points))
+    key = ["coverage", "model_id"]
+    done = {tuple(row) for row in result.orientations[key].to_numpy()}
+    failed = {tuple(row) for row in result.failures[key].to_numpy()}
+    given = {tuple(row) for row in flight.models[key].to_numpy()}
+    assert done | failed == given
+    reasons = set(result.failures["reason"])
+    assert "its photographs have no point in common" in reasons
+    assert result.failures["remedy"].str.contains("they may be exchanged").any()
+
+
+def test_a_flight_without_any_pair_is_refused():
+    geometry = replace(PRESETS["demo"].geometry, measurement="images")
+    flight = simulate_block("demo", seed=2, geometry=geometry).low_flight
+    points = flight.image_points
+    points = points.assign(point_id=points["image_id"] + points["point_id"])
+    with pytest.raises(GeometryError, match="have no point in common"):
+        relative_orientation(replace(flight, image_points=points))

@@ -13,6 +13,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
+from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
 from einschalt.stages.relative_orientation.image_errors import ImageErrors, image_errors
@@ -27,9 +28,14 @@ from einschalt.stages.relative_orientation.parallax_errors import (
 from einschalt.stages.relative_orientation.parallax_orientation import (
     correct_model_points,
 )
-from einschalt.stages.results import FAILURE_COLUMNS, Result
+from einschalt.stages.results import FAILURE_COLUMNS, Result, failures_table
 
 STAGE = "stage2_relative_orientation"
+NOTHING_IN_COMMON = "its photographs have no point in common"
+LOOK_AT_PHOTOGRAPHS = (
+    "Compare the names of its photographs in both tables: they may be exchanged; or "
+    "take the model out"
+)
 LENGTHS = ("x", "y", "z", "y_parallax", "base")
 SURFACE_COLUMNS = ["verdict", "inflation", "reason"]
 MEASURING_ERRORS = ["m_g_intersection_um", "m_g_orientation_um"]
@@ -210,8 +216,24 @@ def _require_points(points, failures):
     )
 
 
+def _without_pairs(models, pairs):
+    """Failures of models whose photographs have no point in common.
+
+    They have no rows among the pairs: what joins the photographs loses them.
+    """
+    keys = ["coverage", "model_id"]
+    lost = models.loc[~rows_among(models, pairs, keys), keys]
+    return failures_table(
+        (*row, STAGE, NOTHING_IN_COMMON, LOOK_AT_PHOTOGRAPHS)
+        for row in lost.itertuples(index=False)
+    )
+
+
 def _from_images(flight, outliers):
     pairs = image_pairs(flight.image_coordinates(), flight.models)
+    lost = _without_pairs(flight.models, pairs)
+    if len(lost):
+        _require_points(pairs, lost)
     oriented = orient_from_images(
         pairs,
         flight.principal_distance_mm,
@@ -224,7 +246,7 @@ def _from_images(flight, outliers):
         _scaled(oriented.model_points, enlargement),
         _orientations(oriented, oriented.converged, oriented.measuring_error),
         oriented.residuals,
-        oriented.failures.assign(stage=STAGE),
+        pd.concat([lost, oriented.failures.assign(stage=STAGE)], ignore_index=True),
         _centres(oriented, flight),
         image_errors(oriented, flight, enlargement.to_numpy()),
     )

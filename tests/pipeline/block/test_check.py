@@ -290,3 +290,12 @@ def test_numbers_parted_otherwise_are_other_points():
     errors, (note,) = points_in_no_model(listed, is_lost, measured, given)
     assert errors == []
     assert note.endswith("take no part: 1-12")
+
+
+def test_models_whose_photographs_have_no_point_in_common(demo_block):
+    flight = image_block(demo_block)
+    flight.image_points.loc[8:, "point_id"] = list(demo_block.truth["point_id"][4:8])
+    (problem,) = replace(demo_block, low_flight=flight).model_problems
+    assert "photographs '12' and '13' have no point in common" in str(problem)
+    assert problem.model == "12/13"
+    assert "they may be exchanged" in problem.remedy

@@ -26,10 +26,6 @@ from einschalt.pipeline.block.given_points import (
     points_in_no_model,
     with_names_alike,
 )
-from einschalt.pipeline.block.parallaxes import (
-    models_without_parallaxes,
-    parallax_problems,
-)
 from einschalt.pipeline.block.repeated_pointings import (
     average_settings,
     settings_problems,
@@ -42,6 +38,11 @@ from einschalt.pipeline.block.scales import (
     extent_problems,
     scale_problems,
     standard_error_problems,
+)
+from einschalt.pipeline.block.stereo_models import (
+    models_of_photographs_apart,
+    models_without_parallaxes,
+    parallax_problems,
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
@@ -238,8 +239,13 @@ class _Check:
         """Models whose images were not measured."""
         for name in FLIGHTS:
             if self._sound(f"{name}.models", f"{name}.image_points"):
+                n_before = len(self.problems)
                 for side in ("left_image", "right_image"):
                     self._absent_images(name, side)
+                if len(self.problems) == n_before:
+                    flight, table = self.checked[name], self._model_table(name)
+                    file = self._file(f"{name}.models")
+                    self.models += models_of_photographs_apart(flight, table, file)
 
     def _absent_images(self, name, side):
         flight = self.checked[name]

@@ -1,11 +1,12 @@
-"""Whether y-parallaxes, bases and models belong together."""
+"""Whether what makes a stereo model belongs together: photographs, parallaxes, base."""
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError
-from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.key_columns import row_codes, rows_among
+from einschalt.stages.stage2_relative_orientation import LOOK_AT_PHOTOGRAPHS
 
 BASE_OF_EXTENT = (0.02, 50.0)
 LARGEST_PARALLAX_OF_BASE = 0.2
@@ -62,3 +63,35 @@ def parallax_problems(flight, files):
             )
         )
     return problems
+
+
+def models_of_photographs_apart(flight, model_table, file):
+    """List the models whose photographs have no point in common.
+
+    Parameters
+    ----------
+    flight : Flight
+        With images.
+    model_table : DataFrame
+        coverage, model_id of each point that was measured in both photographs.
+    file : str
+        Of the models.
+
+    Returns
+    -------
+    list of ConsistencyError
+    """
+    models = flight.models
+
+    def problem(place):
+        left, right = models[["left_image", "right_image"]].iloc[place]
+        return ConsistencyError(
+            f"photographs '{left}' and '{right}' have no point in common",
+            expected="points that were measured in both",
+            remedy=LOOK_AT_PHOTOGRAPHS,
+            file=file,
+            **tables.row_location(models, place),
+        )
+
+    is_lost = ~rows_among(models, model_table, list(MODEL_KEY))
+    return [problem(place) for place in np.flatnonzero(is_lost)]
