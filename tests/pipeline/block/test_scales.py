@@ -142,3 +142,43 @@ def test_covariances_beyond_the_product_of_standard_errors(block, value, remedy)
     control.loc[control.index[2], "covariance_en"] = value
     with pytest.raises(TableError, match=rf"row 2.* 0\.021 and 0\.021 m.*{remedy}"):
         replace(block, control_points=control)
+
+
+def coarse(block):
+    return [note for note in block.notes if "have no digits below" in note]
+
+
+def rounded(frame, digits, names=("easting", "northing")):
+    return frame.assign(**{name: frame[name].round(digits) for name in names})
+
+
+def test_control_without_decimals_is_noted(demo_block):
+    """Rounding to a metre makes 0.41 m of a point that is stated to centimetres."""
+    control = demo_block.control_points
+    (note,) = coarse(replace(demo_block, control_points=rounded(control, 0)))
+    assert "no digits below 1 m: rounding makes 0.41 m (total)" in note
+    assert "give more digits, or standard errors of 0.41 m" in note
+    assert coarse(replace(demo_block, control_points=rounded(control, 3))) == []
+    cautious = rounded(control, 0).assign(standard_error_m=2.0)
+    assert coarse(replace(demo_block, control_points=cautious)) == []
+    assert coarse(demo_block) == []
+
+
+def test_approximate_points_without_decimals_are_noted(demo_block):
+    points = rounded(demo_block.truth[["point_id", "easting", "northing"]], 0)
+    given = {"high_flight": None, "approximate_points": points}
+    (note,) = coarse(replace(demo_block, **given, approximate_m_0_m=0.1))
+    assert "beside a standard error of 0.1 m" in note
+    assert coarse(replace(demo_block, **given, approximate_m_0_m=2.0)) == []
+    assert coarse(replace(demo_block, **given)) == []
+
+
+def test_film_coordinates_of_tenths_of_millimetres_are_noted(demo_block):
+    low = demo_block.low_flight
+    points = rounded(low.model_points, 1, ("x", "y"))
+    (note,) = coarse(replace(demo_block, low_flight=replace(low, model_points=points)))
+    assert "no digits below 100 µm: rounding makes 41 µm (total)" in note
+    points = rounded(low.model_points, 3, ("x", "y"))
+    assert (
+        coarse(replace(demo_block, low_flight=replace(low, model_points=points))) == []
+    )

@@ -55,6 +55,7 @@ from einschalt.interfaces.files.points_of_systems import (
 from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
+from einschalt.pipeline.block.scales import coarse_digits
 from einschalt.pipeline.block.ways_between_systems import (
     demand_of,
     standard_errors_of,
@@ -357,6 +358,8 @@ class _Reading:
             for file in files:
                 file.require_unchanged()
         self.notes.append(done.note)
+        if own.axis_info[0].unit_name == "degree":
+            self.notes += coarse_digits(checked, error, source, in_degrees=True)
         self.axes_told[name] = done.axes_told
         before = self.shared_errors_m.get(name, 0.0)
         shared = float(np.hypot(before, done.operation.accuracy_m))

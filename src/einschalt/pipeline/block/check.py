@@ -34,6 +34,7 @@ from einschalt.pipeline.block.scales import (
     UNIT_WORDS,
     coordinate_problems,
     covariance_problems,
+    digit_notes,
     equal_height_problems,
     extent_problems,
     scale_problems,
@@ -273,6 +274,7 @@ class _Check:
 
     def sizes(self):
         """Sizes that do not fit each other: a wrong unit, or a wrong scale number."""
+        self.notes += digit_notes(self.block, self.checked, self._sound, self._file)
         for ground in ("control_points", "approximate_points"):
             if self._sound(ground):
                 frame, file = self.checked[ground], self._file(ground)

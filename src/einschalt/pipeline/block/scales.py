@@ -4,6 +4,8 @@ A wrong unit is seen here before it becomes a coordinate: model points on the gr
 divided by the scale number, must have the size of an image.
 """
 
+from numbers import Real
+
 import numpy as np
 import pandas as pd
 
@@ -11,15 +13,20 @@ from einschalt.foundations import tables
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError, TableError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.given_digits import resolution_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode
-from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
+from einschalt.pipeline.block.ways_between_systems import standard_errors_of
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
 MODEL_KEY = ("coverage", "model_id")
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
+METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
+# of a stated error: what rounding makes of less hardly shows
+MOST_OF_ROUNDING = 1.0 / 3.0
 STANDARD_ERRORS = (
     *("standard_error_m", *tables.PLAN_ERRORS),
     "standard_error_height",
@@ -254,3 +261,99 @@ def _standard_error(control, axis):
         if given is None
         else given.fillna(pd.Series(own, given.index)).to_numpy(float)
     )
+
+
+def coarse_digits(frame, error, file, *, in_degrees=False):
+    """Note points whose last digit is coarse beside their stated errors.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        easting, northing as they were given.
+    error : array_like or None
+        TOTAL standard errors of the points, or of all of them [m].
+    file : str
+        Of the points.
+    in_degrees : bool
+        Whether these are longitude and latitude.
+
+    Returns
+    -------
+    list of str
+        One note, or none: a digit leaves 1/√12 of it in each coordinate.
+    """
+    stated = np.asarray(np.nan if error is None else error, dtype=float)
+    stated = stated[np.isfinite(stated) & (stated > 0.0)]
+    digit = min(resolution_of(frame[axis]) for axis in ("easting", "northing"))
+    rounding = digit * np.sqrt(2.0 / 12.0) * (METRES_PER_DEGREE if in_degrees else 1.0)
+    if not stated.size or not rounding > MOST_OF_ROUNDING * np.median(stated):
+        return []
+    size, least = float(np.median(stated)), float(np.hypot(np.median(stated), rounding))
+    if in_degrees:
+        note = (
+            f"{file}: coordinates have no digits below {digit:.7g} degrees: rounding "
+            f"makes {rounding:.2g} m (total), beside a standard error of {size:.2g} m: "
+            f"give more digits, or standard errors of {least:.2g} m"
+        )
+    else:
+        note = (
+            f"{file}: coordinates have no digits below {digit:.7g} m: rounding makes "
+            f"{rounding:.2g} m (total), beside a standard error of {size:.2g} m: give "
+            f"more digits, or standard errors of {least:.2g} m"
+        )
+    return [note]
+
+
+def _coarse_film_digits(frame, unit, m_g_um, file):
+    """Note measured coordinates x, y whose last digit is coarse beside m_g, as above.
+
+    Of models in metres, which may have the size of the ground, nothing is said.
+    """
+    if unit not in UNIT_WORDS or unit == "m" or not isinstance(m_g_um, Real):
+        return []
+    digit = min(resolution_of(frame[axis]) for axis in "xy") * METRES_PER_UNIT[unit]
+    rounding = digit * np.sqrt(2.0 / 12.0) / METRES_PER_UM
+    if not rounding > MOST_OF_ROUNDING * m_g_um:
+        return []
+    note = (
+        f"{file}: coordinates have no digits below {digit / METRES_PER_UM:.3g} µm: "
+        f"rounding makes {rounding:.2g} µm (total), beside an m_g_um of {m_g_um:.3g}: "
+        "give more digits"
+    )
+    return [note]
+
+
+def digit_notes(block, checked, is_sound, file_of):
+    """Note the tables of a block whose last digit is coarse beside stated errors.
+
+    Parameters
+    ----------
+    block : Block
+        With approximate_m_0_m.
+    checked : dict
+        Its parts, as they were checked.
+    is_sound, file_of : callable
+        Whether a table, by its name, has no faults; and the name of its file.
+
+    Returns
+    -------
+    list of str
+    """
+    notes, m_0_m = [], getattr(block, "approximate_m_0_m", None)
+    for name in ("control_points", "approximate_points"):
+        if is_sound(name):
+            known = None if name == "control_points" else m_0_m
+            error = standard_errors_of(checked[name], known)
+            error = None if isinstance(error, str | bool) else error
+            notes += coarse_digits(checked[name], error, file_of(name))
+    for name in ("high_flight", "low_flight"):
+        flight = checked.get(name)
+        for part in ("model_points", "image_points"):
+            if is_sound(f"{name}.{part}"):
+                # of images as they were measured: with a camera in pixels, or distorted
+                is_film = part == "model_points" or flight.camera is None
+                unit = flight.model_unit if part == "model_points" else "mm"
+                frame, file = getattr(flight, part), file_of(f"{name}.{part}")
+                if is_film and flight.transformation != "rigid":
+                    notes += _coarse_film_digits(frame, unit, flight.m_g_um, file)
+    return notes
