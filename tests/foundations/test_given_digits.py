@@ -30,3 +30,9 @@ def test_full_precision_and_few_values_tell_nothing():
     assert resolution_of(VALUES) == 0.0
     assert resolution_of(VALUES.round(0)[: FEWEST - 1]) == 0.0
     assert resolution_of([np.nan, *VALUES.round(1)]) == pytest.approx(0.1)
+
+
+def test_equal_values_tell_of_digits_once():
+    grid = np.repeat([463000.0, 463500.0, 464000.0], 4)
+    noise = 1e-9 * np.random.default_rng(2).standard_normal(len(grid))
+    assert resolution_of(grid + noise) == 0.0

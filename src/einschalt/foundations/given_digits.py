@@ -37,5 +37,8 @@ def resolution_of(values) -> float:
         steps = values / 10.0**power if power >= 0 else values * 10.0**-power
         is_multiple = np.abs(steps - np.round(steps)) < ROUNDING
         if np.mean(is_multiple) >= LEAST_SHARE:
+            # equal ones, but for rounding, tell of digits once
+            if len(np.unique(np.round(steps))) < FEWEST:
+                return 0.0
             return float(10.0**power) if power >= 0 else 1.0 / 10.0**-power
     return 0.0

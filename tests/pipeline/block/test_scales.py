@@ -159,6 +159,8 @@ def test_control_without_decimals_is_noted(demo_block):
     assert "no digits below 1 m: rounding makes 0.41 m (total)" in note
     assert "give more digits, or standard errors of 0.41 m" in note
     assert coarse(replace(demo_block, control_points=rounded(control, 3))) == []
+    # a grid of places, as of a plan
+    assert coarse(replace(demo_block, control_points=rounded(control, -2))) == []
     cautious = rounded(control, 0).assign(standard_error_m=2.0)
     assert coarse(replace(demo_block, control_points=cautious)) == []
     assert coarse(demo_block) == []

@@ -25,6 +25,7 @@ SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
 METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
+LARGEST_DIGIT_M = 1.0
 # of a stated error: what rounding makes of less hardly shows
 MOST_OF_ROUNDING = 1.0 / 3.0
 STANDARD_ERRORS = (
@@ -286,6 +287,8 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     stated = stated[np.isfinite(stated) & (stated > 0.0)]
     digit = min(resolution_of(frame[axis]) for axis in ("easting", "northing"))
     rounding = digit * np.sqrt(2.0 / 12.0) * (METRES_PER_DEGREE if in_degrees else 1.0)
+    if digit > LARGEST_DIGIT_M and not in_degrees:  # places of a plan, not measured
+        return []
     if not stated.size or not rounding > MOST_OF_ROUNDING * np.median(stated):
         return []
     size, least = float(np.median(stated)), float(np.hypot(np.median(stated), rounding))
