@@ -175,10 +175,13 @@ def contradicting_control_of_adjustment(adjusted):
     control = adjusted.adjustment.control
     if control["is_suspect"].any():
         return None
-    found, larger = contradicting_control(adjusted), larger_control_errors(adjusted)
     says_more = (broken_network, strained_network_of_adjustment)
-    if larger is None or found or any(more(adjusted) for more in says_more):
+    found = contradicting_control(adjusted)
+    if found or any(more(adjusted) for more in says_more):
         return found
+    larger = larger_control_errors(adjusted)
+    if larger is None:
+        return None
     return finding(
         "contradicting_control",
         statistic="corrections of the control points",
