@@ -8,6 +8,7 @@ import pytest
 
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 METHODS = ("two_step", "simultaneous")
 
@@ -192,3 +193,28 @@ def test_heights_in_feet_are_off_by_their_own_size(spatial_block):
     true = true_height_error(result)
     assert true > 1000.0
     assert 0.5 * true < result.assessment.credible_heights.value < 2.0 * true
+
+
+@pytest.mark.parametrize("relief", [0.0, 1.0])
+@pytest.mark.parametrize("measurement", ["machine", "images"])
+def test_flat_ground_tells_no_scale_of_heights(relief, measurement):
+    """Heights of models are errors there, and so are differences of control.
+
+    Both are alike: that looked like a scale that is wrong by all of it, and heights of
+    4 cm were told to be 270 m or worse.
+    """
+    geometry = replace(
+        PRESETS["demo"].geometry,
+        width=4500.0,
+        height=4500.0,
+        point_spacing=250.0,
+        relief=relief,
+        measurement=measurement,
+        transformation="helmert_3d",
+    )
+    block = simulate_block("demo", seed=0, geometry=geometry)
+    result = densify(block)
+    pattern = result.examination.control_patterns.height
+    assert pattern is None or pattern.kind is not Kind.SCALE
+    credible = result.assessment.credible_heights
+    assert credible.value / true_height_error(result) < 1.5

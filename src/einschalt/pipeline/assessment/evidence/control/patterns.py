@@ -35,6 +35,7 @@ FEWEST_CONTROL, MOST_CONTROL = 6, 500
 N_DIRECTIONS = 8
 MOST_STEPS_PER_DIRECTION = 24
 FEWEST_ON_A_SIDE, FEW_ON_A_SIDE = 2, 3
+BEYOND_ERRORS = 2.0  # times what errors make of a scale of heights
 MOST_WRONG = 6  # points whose errors are estimated together
 
 
@@ -207,6 +208,8 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
     what it does to the new points, 0 where chance explains it; and its probability.
     """
     tests = shown.tests(patterns, is_free)
+    if tests is not None:
+        tests = _without(tests, _scales_of_errors(tests, patterns, signatures))
     tests, place = _together(tests, patterns, shown, is_free)
     if place is None:
         return NOTHING
@@ -240,6 +243,16 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         else (),
     )
     return found, moved, found.p_value
+
+
+def _scales_of_errors(tests, patterns, signatures):
+    """Which patterns are scales that errors of heights make alone, (n_patterns,)."""
+    return [
+        pattern.kind is Kind.SCALE
+        and abs(amplitude[0])
+        < BEYOND_ERRORS * signatures.scale_of_errors(pattern.flights)
+        for pattern, amplitude in zip(patterns, tests.amplitudes, strict=True)
+    ]
 
 
 def _clearest(tests):

@@ -67,6 +67,16 @@ class Signatures:
                 found[place, :, 0] = self._out_of_scale(pattern.flights)
         return found
 
+    def scale_of_errors(self, flights):
+        """How far out of scale heights of flights seem to be by their errors alone.
+
+        These are in the heights that a scale would enlarge, and in the differences as
+        well: where the ground is flat within them, they make all of both.
+        """
+        of_errors = np.trace(self.covariance(HEIGHT)) / len(self.left_out.point_ids)
+        shown = np.mean(self._out_of_scale(flights) ** 2)
+        return float(of_errors / shown) if shown > 0.0 else np.inf
+
     def moved(self, pattern, amplitude, axes):
         """What a pattern does to the new points, TOTAL of the axes, RMS [m]."""
         if pattern.flights:
