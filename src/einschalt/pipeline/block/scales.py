@@ -312,7 +312,9 @@ def _coarse_film_digits(frame, unit, m_g_um, file):
 
     Of models in metres, which may have the size of the ground, nothing is said.
     """
-    if unit not in UNIT_WORDS or unit == "m" or not isinstance(m_g_um, Real):
+    # other problems are told of what is no word, and no number
+    is_known = isinstance(unit, str) and isinstance(m_g_um, Real)
+    if not is_known or unit not in UNIT_WORDS or unit == "m":
         return []
     digit = min(resolution_of(frame[axis]) for axis in "xy") * METRES_PER_UNIT[unit]
     rounding = digit * np.sqrt(2.0 / 12.0) / METRES_PER_UM
@@ -357,6 +359,7 @@ def digit_notes(block, checked, is_sound, file_of):
                 is_film = part == "model_points" or flight.camera is None
                 unit = flight.model_unit if part == "model_points" else "mm"
                 frame, file = getattr(flight, part), file_of(f"{name}.{part}")
-                if is_film and flight.transformation != "rigid":
+                kind = flight.transformation
+                if is_film and isinstance(kind, str | None) and kind != "rigid":
                     notes += _coarse_film_digits(frame, unit, flight.m_g_um, file)
     return notes
