@@ -351,5 +351,5 @@ def test_degrees_with_five_decimals_are_noted(small_block):
     given.round({"longitude": 5, "latitude": 5}).to_csv(path, index=False)
     transformed, note = read_block(small_block.path).notes
     assert "points transformed from" in transformed
-    assert f"{CONTROL}: coordinates have no digits below 1e-05 degrees" in note
-    assert "rounding makes 0.45 m (total), beside a standard error of 0.03 m" in note
+    assert f"{CONTROL}: coordinates have no digits below 0.00001 degrees" in note
+    assert "rounding makes 0.39 m (total), beside a standard error of 0.03 m" in note

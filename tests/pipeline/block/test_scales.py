@@ -161,6 +161,13 @@ def test_control_without_decimals_is_noted(demo_block):
     assert coarse(replace(demo_block, control_points=rounded(control, 3))) == []
     # a grid of places, as of a plan
     assert coarse(replace(demo_block, control_points=rounded(control, -2))) == []
+    for step in (5.0, 25.0):
+        grid = (control[["easting", "northing"]] / step).round() * step
+        on_grid = control.assign(easting=grid["easting"], northing=grid["northing"])
+        assert coarse(replace(demo_block, control_points=on_grid)) == []
+    # what is advised is enough
+    followed = rounded(control, 0).assign(standard_error_m=0.41)
+    assert coarse(replace(demo_block, control_points=followed)) == []
     cautious = rounded(control, 0).assign(standard_error_m=2.0)
     assert coarse(replace(demo_block, control_points=cautious)) == []
     assert coarse(demo_block) == []

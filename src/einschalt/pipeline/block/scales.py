@@ -13,11 +13,13 @@ from einschalt.foundations import tables
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError, TableError
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.given_digits import resolution_of
+from einschalt.foundations.given_digits import LEAST_SHARE, resolution_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode
+from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.ways_between_systems import standard_errors_of
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
 MODEL_KEY = ("coverage", "model_id")
@@ -25,9 +27,9 @@ SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
 METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
+AXES = ("easting", "northing")
 LARGEST_DIGIT_M = 1.0
-# of a stated error: what rounding makes of less hardly shows
-MOST_OF_ROUNDING = 1.0 / 3.0
+STEPS = (2, 5)  # of a grid, in the last digit
 STANDARD_ERRORS = (
     *("standard_error_m", *tables.PLAN_ERRORS),
     "standard_error_height",
@@ -285,16 +287,21 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     """
     stated = np.asarray(np.nan if error is None else error, dtype=float)
     stated = stated[np.isfinite(stated) & (stated > 0.0)]
-    digit = min(resolution_of(frame[axis]) for axis in ("easting", "northing"))
-    rounding = digit * np.sqrt(2.0 / 12.0) * (METRES_PER_DEGREE if in_degrees else 1.0)
-    if digit > LARGEST_DIGIT_M and not in_degrees:  # places of a plan, not measured
+    digit = min(resolution_of(frame[axis]) for axis in AXES)
+    rounding = digit * np.sqrt(2.0 / 12.0)
+    if in_degrees:
+        east = METRES_PER_DEGREE * np.cos(np.radians(np.nanmedian(frame["northing"])))
+        rounding *= np.hypot(east, METRES_PER_DEGREE) / SQRT2
+    elif _step_of(frame, digit) > LARGEST_DIGIT_M:  # places of a plan, not measured
         return []
-    if not stated.size or not rounding > MOST_OF_ROUNDING * np.median(stated):
+    # an error that is as large may have rounding in it
+    if not stated.size or not rounding > np.median(stated):
         return []
     size, least = float(np.median(stated)), float(np.hypot(np.median(stated), rounding))
     if in_degrees:
+        shown = np.format_float_positional(digit, trim="-")
         note = (
-            f"{file}: coordinates have no digits below {digit:.7g} degrees: rounding "
+            f"{file}: coordinates have no digits below {shown} degrees: rounding "
             f"makes {rounding:.2g} m (total), beside a standard error of {size:.2g} m: "
             f"give more digits, or standard errors of {least:.2g} m"
         )
@@ -307,8 +314,21 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     return [note]
 
 
+def _step_of(frame, digit):
+    """What nearly all coordinates are multiples of: last digits, or steps of a grid."""
+    if digit == 0.0:
+        return 0.0
+    steps = np.concatenate([frame[axis].dropna() for axis in AXES]) / digit
+    among = [
+        times
+        for times in STEPS
+        if np.mean(np.abs(steps - times * np.round(steps / times)) < 0.5) > LEAST_SHARE
+    ]
+    return digit * max(among, default=1)
+
+
 def _coarse_film_digits(frame, unit, m_g_um, file):
-    """Note measured coordinates x, y whose last digit is coarse beside m_g, as above.
+    """Note measured x, y whose last digit is coarse beside m_g: one note, or none.
 
     Of models in metres, which may have the size of the ground, nothing is said.
     """
@@ -318,12 +338,13 @@ def _coarse_film_digits(frame, unit, m_g_um, file):
         return []
     digit = min(resolution_of(frame[axis]) for axis in "xy") * METRES_PER_UNIT[unit]
     rounding = digit * np.sqrt(2.0 / 12.0) / METRES_PER_UM
-    if not rounding > MOST_OF_ROUNDING * m_g_um:
+    if not rounding > m_g_um:
         return []
+    digit = number(digit / METRES_PER_UM, 3)
     note = (
-        f"{file}: coordinates have no digits below {digit / METRES_PER_UM:.3g} µm: "
-        f"rounding makes {rounding:.2g} µm (total), beside an m_g_um of {m_g_um:.3g}: "
-        "give more digits"
+        f"{file}: coordinates have no digits below {digit} µm: rounding makes "
+        f"{number(rounding)} µm (total), beside an m_g_um of {m_g_um:g}: give more "
+        "digits"
     )
     return [note]
 

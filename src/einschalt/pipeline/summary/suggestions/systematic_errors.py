@@ -78,28 +78,28 @@ BROKEN = mark(
     "the new points by {moved:length} (RMS)"
 )
 WRONG_POINTS = mark(
-    "{n_points:count approximate point} of {n_given} given ones lie elsewhere by all "
-    "models that hold them, by up to {largest:length}: {names:names of n_points}"
+    "Given elsewhere than all models have it: {n_points:count approximate point} of "
+    "{n_given}, by up to {largest:length}: {names:names of n_points}"
 )
 WRONG_POINTS_MOVE = mark(
-    "{n_points:count approximate point} of {n_given} given ones lie elsewhere by all "
-    "models that hold them, by up to {largest:length}: {names:names of n_points}. That "
-    "moves the new points by {moved:length} (RMS)"
+    "Given elsewhere than all models have it: {n_points:count approximate point} of "
+    "{n_given}, by up to {largest:length}: {names:names of n_points}. That moves the "
+    "new points by {moved:length} (RMS)"
 )
 POINT_LIES = mark(
-    "{name}: by easting {easting}, northing {northing} (standard error of each "
-    "{standard_error}; {n:model agrees|models agree} about it)."
+    "{name}: given less measured, easting {easting}, northing {northing} (standard "
+    "error of each {standard_error}; {n:independent value|independent values})."
 )
 POINT_LIES_AT = mark(
-    "{name}: by easting {easting}, northing {northing} (standard error of each "
-    "{standard_error}; {n:model agrees|models agree} about it). It lies where {other} "
-    "is given, and {other} where {name} is: names are exchanged, in this list or in "
-    "all measurements."
+    "{name}: given less measured, easting {easting}, northing {northing} (standard "
+    "error of each {standard_error}; {n:independent value|independent values}). It "
+    "lies where {other} is given, and {other} where {name} is: names are exchanged, in "
+    "this list or in all measurements."
 )
 POINT_LIES_WITH_CONTROL = mark(
-    "{name}: by easting {easting}, northing {northing} (standard error of each "
-    "{standard_error}; {n:model agrees|models agree} about it). Control gives it as "
-    "wrong."
+    "{name}: given less measured, easting {easting}, northing {northing} (standard "
+    "error of each {standard_error}; {n:independent value|independent values}). "
+    "Control gives it as wrong."
 )
 REGION = mark(
     "{n_points} of {n_given:count approximate point} are displaced together against "

@@ -71,8 +71,9 @@ def test_it_is_told_first_and_explains_what_it_spoils():
         head
     )
     assert head.endswith(f"check approximate point {NAME} first")
-    assert f"lie elsewhere by all models that hold them, by up to 5.0 m: {NAME}" in said
-    assert f"{NAME}: by easting 5.0 m, northing " in said
+    assert "Given elsewhere than all models have it: 1 approximate point of" in said
+    assert f", by up to 5.0 m: {NAME}" in said
+    assert f"{NAME}: given less measured, easting 5.0 m, northing " in said
     assert "or take these points out of the approximate points" in said
 
 
