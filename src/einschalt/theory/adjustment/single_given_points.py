@@ -20,6 +20,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 FEWEST_POINTS = 20  # of fewer the median of T says little
 MOST_FREED = 0.02  # of the points; of more the model of errors is wrong
+FEW_FREED = 3  # as many always are, but for two of fewer than 40 points
 # of the weight of a point: what is known less of it checks nothing
 LEAST_INFORMATION = 1e-3
 # that tell what is known of each point; a point is computed where T is as large as this
@@ -47,8 +48,8 @@ def _none():
 def find_wrong_points(checks, weights) -> WrongPoints:
     """Find given points that are wrong by themselves.
 
-    None where more than ``MOST_FREED`` of all points stand out: then errors are larger
-    for many, or neighbours share them.
+    None where more than ``MOST_FREED`` of all points stand out, and more than
+    ``FEW_FREED``: then errors are larger for many, or neighbours share them.
 
     Parameters
     ----------
@@ -65,7 +66,8 @@ def find_wrong_points(checks, weights) -> WrongPoints:
     if len(weights) < FEWEST_POINTS:
         return _none()
     snooped = _Snooped(checks, weights)
-    most = int(np.ceil(MOST_FREED * len(weights)))
+    n = len(weights)
+    most = max(int(np.ceil(MOST_FREED * n)), min(FEW_FREED, n // FEWEST_POINTS + 1))
     while snooped.worst() is not None:
         if len(snooped.rows) == most:
             return _none()

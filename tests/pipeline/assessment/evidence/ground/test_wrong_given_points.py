@@ -87,6 +87,15 @@ def test_two_of_them_are_named_the_worse_one_in_the_first_line():
     assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
 
 
+def test_three_of_a_hundred_are_named():
+    block, truth, _ = given(31)
+    assert len(block.approximate_points) < 150
+    result = densified(spoilt(block, p1045=4.0, p1072=-4.0, p1030=4.0))
+    assert set(found_in(result).names) == {NAME, OTHER, "1030"}
+    _, miss = true_errors(result, truth)
+    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+
+
 @pytest.mark.parametrize("kind", ["helmert", "helmert_3d", "images"])
 def test_models_of_all_kinds_tell_it(kind):
     geometry = {"images": {"transformation": "helmert_3d", "measurement": "images"}}
