@@ -33,6 +33,7 @@ from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 
 # of shifts of two regions: what is as near is one region
 ALIKE = 0.1
@@ -43,7 +44,6 @@ LEAST_MISS = 0.15
 MOST_ENLARGED = 2.0
 # points that are predicted: fewer tell no region, of more covariances are too large
 FEWEST, MOST_CONTROL = 10, 500
-COMPLEX = np.array([1.0, 1j])
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class _Checks:
 def scan_control(two_step):
     """Look for regions of control that are displaced: GivenRegion each, a tuple.
 
-    Under a high flight only, which control is of. None where chance explains
+    Under a high flight only, which control is of. Empty where chance explains
     everything, or errors as large as stated that neighbours may share.
     """
     model = two_step.error_model

@@ -13,11 +13,11 @@ from einschalt.stages.error_propagation.error_model import (
     model_of_block,
 )
 from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 from einschalt.theory.block_adjustment.control_information import ControlValues
 
 # of the error of measurements: given points that are better weigh no more than that
 LEAST_GIVEN_ERROR = 0.1
-COMPLEX = np.array([1.0, 1j])
 
 
 def says_what_is_shared(two_step):

@@ -61,8 +61,8 @@ class WrongGivenPoint:
 def look_for_wrong_points(two_step, examined_of):
     """Give each WrongGivenPoint, and the examination of the block without them.
 
-    None of blocks in which no residual stands out, or in which it is said what given
-    points share. ``examined_of`` makes the examination of a block.
+    None of them, and no examination, where no residual stands out, or where it is said
+    what given points share. ``examined_of`` makes the examination of a block.
     """
     nothing = (), None
     if not _is_looked_at(two_step):
