@@ -19,12 +19,16 @@ from einschalt.pipeline.assessment.evidence.claim import (
 )
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
+    LEAST_ENLARGEMENT,
     where_it_matters,
 )
 from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
+from einschalt.pipeline.assessment.evidence.image_precision import (
+    error_of_orientations,
+)
 from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.given_points import APPROXIMATE_POINTS
 from einschalt.stages.error_propagation.group_size import sum_of_residuals
@@ -40,8 +44,6 @@ TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
 # a root mean square this much beyond the expected one is worth a word
 MIN_REPORTED_RATIO = 1.25
-# a figure is enlarged from here on: as the sizes of single errors are said to be larger
-LEAST_ENLARGEMENT = 1.10
 N_DRAWS = 100
 
 
@@ -419,7 +421,9 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
     scale = block.high_flight.scale_number
     m_g = ground_from_image_um(block.high_flight.m_g_um, scale)
     control = block.control_points["standard_error_m"].to_numpy(dtype=float)
-    bent = ground_from_image_um(_bent_by_orientation(examined.orientations), scale)
+    bent = ground_from_image_um(
+        error_of_orientations(examined.orientations, HIGH), scale
+    )
     explained = np.hypot.reduce([m_g, np.sqrt(np.mean(control**2)), bent])
     return HighFlightMisfit(examined.figures.m_0_high, float(explained), degrees)
 
@@ -433,12 +437,3 @@ def _drawn_misfit(examined):
     ratio = np.sqrt(np.sum(np.abs(fit.values) ** 2) / np.mean(drawn))
     degrees = 2.0 * np.mean(drawn) ** 2 / np.var(drawn, ddof=1)
     return HighFlightMisfit(m_0, float(m_0 / ratio), float(degrees))
-
-
-def _bent_by_orientation(orientations):
-    """What errors of orientations leave in a model of the high flight, RMS [µm]."""
-    is_high = orientations["flight"] == "high_flight"
-    bent = orientations.loc[is_high, "m_g_orientation_um"].dropna()
-    return (
-        float(np.sqrt(np.mean(bent.to_numpy(dtype=float) ** 2))) if len(bent) else 0.0
-    )

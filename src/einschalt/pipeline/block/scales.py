@@ -29,6 +29,7 @@ LARGEST_STANDARD_ERROR_M = 10.0
 METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
 AXES = ("easting", "northing")
 LARGEST_DIGIT_M = 1.0
+OF_A_DIGIT = np.sqrt(2.0 / 12.0)  # what rounding leaves of it in plan, TOTAL
 STEPS = (2, 5)  # of a grid, in the last digit
 STANDARD_ERRORS = (
     *("standard_error_m", *tables.PLAN_ERRORS),
@@ -288,7 +289,7 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     stated = np.asarray(np.nan if error is None else error, dtype=float)
     stated = stated[np.isfinite(stated) & (stated > 0.0)]
     digit = min(resolution_of(frame[axis]) for axis in AXES)
-    rounding = digit * np.sqrt(2.0 / 12.0)
+    rounding = digit * OF_A_DIGIT
     if in_degrees:
         east = METRES_PER_DEGREE * np.cos(np.radians(np.nanmedian(frame["northing"])))
         rounding *= np.hypot(east, METRES_PER_DEGREE) / SQRT2
@@ -337,7 +338,7 @@ def _coarse_film_digits(frame, unit, m_g_um, file):
     if not is_known or unit not in UNIT_WORDS or unit == "m":
         return []
     digit = min(resolution_of(frame[axis]) for axis in "xy") * METRES_PER_UNIT[unit]
-    rounding = digit * np.sqrt(2.0 / 12.0) / METRES_PER_UM
+    rounding = digit * OF_A_DIGIT / METRES_PER_UM
     if not rounding > m_g_um:
         return []
     digit = number(digit / METRES_PER_UM, 3)

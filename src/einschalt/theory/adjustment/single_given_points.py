@@ -68,10 +68,10 @@ def find_wrong_points(checks, weights) -> WrongPoints:
     snooped = _Snooped(checks, weights)
     n = len(weights)
     most = max(int(np.ceil(MOST_FREED * n)), min(FEW_FREED, n // FEWEST_POINTS + 1))
-    while snooped.worst() is not None:
+    while (row := snooped.worst()) is not None:
         if len(snooped.rows) == most:
             return _none()
-        snooped.set_free(snooped.worst())
+        snooped.set_free(row)
     return snooped.told()
 
 

@@ -23,6 +23,14 @@ IMAGE_RESIDUALS = [
 ]
 
 
+def error_of_orientations(orientations, flight):
+    """What errors of orientations leave in a model of a flight, RMS [µm]; 0 without."""
+    rows = orientations["flight"] == flight
+    errors = orientations.loc[rows, "m_g_orientation_um"].to_numpy(dtype=float)
+    errors = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+
+
 def common_sigma_0(rows):
     """RMS of the sigma_0 of models [mm], by redundancy, and their redundancy."""
     known = rows[np.isfinite(rows["sigma_0"].to_numpy(dtype=float))]

@@ -25,6 +25,8 @@ LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 LOW_OF_PLAN, LOW_OF_HEIGHT = 0.2877, 0.1015
 # beyond it errors are not only larger than given: something is wrong
 LARGEST_S_0 = 2.0
+# a figure is enlarged from here on: as the sizes of single errors are said to be larger
+LEAST_ENLARGEMENT = 1.10
 
 
 @dataclass(frozen=True)

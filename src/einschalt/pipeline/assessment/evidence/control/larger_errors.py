@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    LEAST_ENLARGEMENT,
+)
 from einschalt.pipeline.assessment.evidence.control.signatures import HEIGHT, PLAN
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
-
-# as the sizes of single errors are said to be larger
-LEAST_FACTOR = 1.10
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,6 @@ def larger_control_errors(examined) -> LargerControlErrors | None:
     factor = float(np.sqrt(np.mean(control["w"] ** 2) / n_axes))
     # corrections depend on each other: by no more than their redundancy tells
     degrees = n_axes * float(control["redundancy_number"].sum())
-    if not factor > ratio_limits(degrees, FINDING_SIGNIFICANCE, LEAST_FACTOR)[1]:
+    if not factor > ratio_limits(degrees, FINDING_SIGNIFICANCE, LEAST_ENLARGEMENT)[1]:
         return None
     return LargerControlErrors(factor, float(ratio_p_value(factor, degrees)))

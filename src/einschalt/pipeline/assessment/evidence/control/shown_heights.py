@@ -16,6 +16,9 @@ import numpy as np
 
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    LEAST_ENLARGEMENT,
+)
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
@@ -23,8 +26,6 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
 from einschalt.stages.stage4_error_propagation import propagate_model
 
 MEDIAN_OF_SQUARE = 0.4549  # of χ² with one degree of freedom
-# what it adds to a figure in plan counts from here on, as other enlargements do
-LEAST_ENLARGEMENT = 1.10
 
 
 class ShownHeights:

@@ -1,5 +1,7 @@
 """What errors of control, and of model heights, make of control that is left out."""
 
+from functools import cached_property
+
 import numpy as np
 
 from einschalt.stages.error_propagation.error_model import HIGH, LOW
@@ -73,9 +75,13 @@ class Signatures:
         These are in the heights that a scale would enlarge, and in the differences as
         well: where the ground is flat within them, they make all of both.
         """
-        of_errors = np.trace(self.covariance(HEIGHT)) / len(self.left_out.point_ids)
         shown = np.mean(self._out_of_scale(flights) ** 2)
-        return float(of_errors / shown) if shown > 0.0 else np.inf
+        return float(self._height_variance / shown) if shown > 0.0 else np.inf
+
+    @cached_property
+    def _height_variance(self):
+        """Variance of a difference in height, in the mean of all [m²]."""
+        return np.trace(self.covariance(HEIGHT)) / len(self.left_out.point_ids)
 
     def moved(self, pattern, amplitude, axes):
         """What a pattern does to the new points, TOTAL of the axes, RMS [m]."""

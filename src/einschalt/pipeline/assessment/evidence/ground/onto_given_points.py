@@ -6,6 +6,9 @@ import pandas as pd
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.assessment.evidence.image_precision import (
+    error_of_orientations,
+)
 from einschalt.pipeline.assessment.evidence.systematic_errors import FlightValues
 from einschalt.stages.error_propagation.error_model import (
     LOW,
@@ -13,6 +16,7 @@ from einschalt.stages.error_propagation.error_model import (
     model_of_block,
 )
 from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 from einschalt.theory.block_adjustment.control_information import ControlValues
 
@@ -68,14 +72,9 @@ def _measured(two_step, model):
         sizes = model.standard_errors[LOW]
         # heights may have others
         return sizes if sizes.ndim == 1 else sizes[:, 0]
-    table = two_step.orientations
-    bent = table.loc[table["flight"] == LOW, "m_g_orientation_um"].to_numpy(dtype=float)
-    bent = bent[np.isfinite(bent)]
-    of_models = float(np.sqrt(np.mean(bent**2))) if len(bent) else 0.0
+    of_models = error_of_orientations(two_step.orientations, LOW)
     error = np.hypot(low.m_g_um, of_models)
-    return np.full(
-        n_points, ground_from_image_um(error, low.scale_number) / np.sqrt(2.0)
-    )
+    return np.full(n_points, ground_from_image_um(error, low.scale_number) / SQRT2)
 
 
 def _given_errors(model):
