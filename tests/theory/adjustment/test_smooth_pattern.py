@@ -64,6 +64,18 @@ def test_a_wave_is_found_with_its_size_and_reach(network):
     assert all(0.5e3 < one.reach < 3e3 for one in found)
 
 
+def test_the_field_is_not_continued_into_what_nothing_is_known_of(network):
+    xy, information = network
+    rng = np.random.default_rng(6)
+    trend = np.column_stack([np.ones(N), xy / EXTENT])
+    for wavelength in (6e3, 12e3):
+        true = 0.15 * np.sin(2.0 * np.pi * xy[:, ::-1] / wavelength)
+        known = true - trend @ np.linalg.lstsq(trend, true, rcond=None)[0]
+        found = smooth_pattern(scores(network, rng, true), information, xy)
+        assert np.abs(trend.T @ found.field).max() < 1e-9
+        assert found.size / np.sqrt(np.mean(known**2)) == pytest.approx(1.0, abs=0.2)
+
+
 def test_the_field_is_nearer_to_the_truth_than_the_points_themselves(network):
     xy, information = network
     rng = np.random.default_rng(4)

@@ -41,8 +41,8 @@ class SmoothPattern(NamedTuple):
     p_value_if_scaled: float
     # twice the logarithm, against errors of the given sizes
     likelihood_ratio: float
-    # (n, 2): the displacement of each point as it is estimated [m]; what a shift of all
-    # of them does is not seen
+    # (n, 2): the displacement of each point as it is estimated [m], without what
+    # nothing is known of: a shift of all of them, or whatever models take up
     field: np.ndarray
 
 
@@ -83,13 +83,16 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
     reaches = np.array(REACHES) * np.ptp(xy, axis=0).max()
     tried = [_Field.of(observed, root, distance, reach) for reach in reaches]
     best = max(tried, key=lambda field: field.if_given)
+    # a field that reaches far would be continued into what nothing is known of
+    unknown = vectors[:, ~is_known]
+    field = best.field - unknown @ (unknown.T @ best.field)
     return SmoothPattern(
-        float(np.sqrt(np.mean(best.field**2))),
+        float(np.sqrt(np.mean(field**2))),
         best.reach,
         _probability(best.if_given),
         _probability(max(field.if_scaled for field in tried)),
         float(best.if_given),
-        best.field,
+        field,
     )
 
 

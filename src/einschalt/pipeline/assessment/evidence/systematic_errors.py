@@ -111,7 +111,8 @@ class NetworkStrain:
     is_smooth: bool  # whether larger errors of single points do not explain it as well
     n_control: int
     # point_id, easting, northing of the displacement of each control point as it is
-    # estimated [m], the largest first; what is common to all of them is not seen
+    # estimated [m], the largest first; without what is common to all of them, which
+    # is not seen
     displacements: pd.DataFrame
     # twice the logarithm, of the pattern against none
     likelihood_ratio: float = field(
@@ -135,7 +136,7 @@ class SystematicPatterns:
     affinities: tuple[FilmAffinity, ...]  # of the flights, as far as they can be tested
     # None where the control points do not check each other, or are too many
     strain: NetworkStrain | None
-    # of the flights, where it is likelier than a strain
+    # of the flights, where it is likelier than a strain, or shows beside one
     curvatures: tuple[CommonCurvature, ...] = field(
         default=(), metadata={IS_PLAIN: False}
     )
@@ -302,19 +303,28 @@ def _strain(examined, transformations, errors, affine):
     shared = None
     if examined.shares_control_errors:
         shared = _shared(examined.propagation.high.control, errors, is_used)
-    checks, places = control_checks(flights, given), np.flatnonzero(is_used)
+    found = control_checks(flights, given), np.flatnonzero(is_used), shared
+    return _with_curvatures(*found, control, dict(zip(tables, flights, strict=True)))
+
+
+def _with_curvatures(checks, places, shared, control, flights):
+    """NetworkStrain or None, and what models have in common if it is likely."""
     strain = _strain_of(_scores(checks, places, shared), control)
-    if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
+    of_terms = checks.common.likelihood_ratio
+    if strain is None or not of_terms > 0.0:
         return strain, ()
     # models that are curved alike make a block that is curved, and control with it
-    strain = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
-    return strain, _curvatures(checks.common, flights, tuple(transformations))
+    beside = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
+    is_beside = beside is not None and beside.is_significant
+    if is_beside or of_terms > strain.likelihood_ratio:
+        return beside, _curvatures(checks.common, flights)
+    return strain, ()
 
 
-def _curvatures(found, flights, names):
+def _curvatures(found, flights):
     """CommonCurvature of each flight."""
     first, curvatures = 0, []
-    for values, name in zip(flights, names, strict=True):
+    for name, values in flights.items():
         own = slice(first, first := first + values.common.shape[1])
         size = np.sqrt(np.mean(np.abs(values.common @ found.coefficients[own]) ** 2))
         p_value = chdtrc(2 * values.common.shape[1], found.square_of(own))
