@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.stages.error_propagation import covariances
 from einschalt.stages.error_propagation.plane_flights import (
     GivenControl,
     PlaneFlight,
@@ -105,3 +106,22 @@ def test_a_model_on_a_line_is_refused(flight, control):
     on_a_line = replace(flight, xy=flight.xy * [1.0, 0.0])
     with pytest.raises(UnusableModelError):
         propagate_flights(on_a_line, flight, control)
+
+
+def test_errors_through_models_are_those_of_every_point(flight, control, monkeypatch):
+    """As through each measured point of the high flight."""
+    few = replace(flight, kind="helmert", stands_for=4.0)
+    joint_through_models, taken = covariances.joint_through_models, []
+
+    def counted(*arguments):
+        taken.append(joint_through_models(*arguments))
+        return taken[-1]
+
+    monkeypatch.setattr(covariances, "joint_through_models", counted)
+    found = propagate_flights(few, few, control, "rigorous").parts
+    assert any(joint is not None for joint in taken)
+    monkeypatch.setattr(covariances, "joint_through_models", lambda *_: None)
+    expected = propagate_flights(few, few, control, "rigorous").parts
+    assert found.keys() == expected.keys()
+    for name, part in expected.items():
+        assert found[name] == pytest.approx(part, rel=1e-9, abs=1e-15)

@@ -28,6 +28,7 @@ from einschalt.theory.adjustment.rows_of_chains import (
     rows_of_chains,
     times,
 )
+from einschalt.theory.adjustment.through_models import joint_through_models
 
 # numbers of a full matrix: 80 MB for each range of points, 160 MB for those at once
 NUMBERS_OF_RANGE, RANGES_AT_ONCE = 10_000_000, 2
@@ -45,9 +46,12 @@ class SharedCovariances:
     Values, their means and differences of means depend on the same parameters: their
     covariances are computed when the first of these asks for them. Matrices of chains
     and standard errors are told apart by their identity, and must not be changed.
+    ``through_models``: errors of points on which models are fitted go through these,
+    where that is possible; see joint_through_models.
     """
 
-    def __init__(self):
+    def __init__(self, *, through_models=False):
+        self._is_through_models = through_models
         # each is set as a whole: other threads and interruptions leave it whole
         self._steps = self._kept = None
 
@@ -72,13 +76,30 @@ class SharedCovariances:
         if places is not None:
             return {name: blocks[places] for name, blocks in kept.joint.items()}
         bundles, met_of_these = met.alone()
-        joint = {
-            source: joint_covariance(rows, met_of_these, size, standard_errors[source])
-            for source, rows in _rows_to_bundles(chains, size, bundles)
-        }
+        joint = self._through_models(chains, size, bundles, met_of_these, sizes)
+        others = {name: one for name, one in chains.items() if name not in joint}
+        for source, rows in _rows_to_bundles(others, size, bundles):
+            each = standard_errors[source]
+            joint[source] = joint_covariance(rows, met_of_these, size, each)
+        joint = {name: joint[name] for name in chains}
         if not (is_same and len(met) < len(kept.met)):
             self._kept = _Kept(key, (chains, sizes), met, joint)
         return joint
+
+    def _through_models(self, chains, size, bundles, met, sizes):
+        """Covariances from the sources whose errors go through models they move."""
+        if not self._is_through_models:
+            return {}
+
+        def rows_of(product):
+            ((_, rows),) = _rows_to_bundles({"": product}, size, bundles)
+            return rows.factors[0]
+
+        found = {
+            name: joint_through_models(rows_of, chain, met, size, each)
+            for (name, chain), each in zip(chains.items(), sizes, strict=True)
+        }
+        return {name: joint for name, joint in found.items() if joint is not None}
 
 
 class _Kept(NamedTuple):
@@ -394,6 +415,8 @@ def _rows_to_bundles(chains, size, bundles):
 
     Yields the name of each source, and its rows as a PointOperator.
     """
+    if not chains:
+        return
     n_columns = next(iter(chains.values())).shape[0]
     each = np.tile(np.eye(size), (len(bundles), 1, 1))
     pointer = np.arange(len(bundles) + 1)

@@ -213,7 +213,7 @@ class PropagatedFlights:
     def parts(self):
         """Covariance of each point from control and flights, dict of arrays [m²]."""
         parts = dict(self.errors.parts)
-        for name, of in ((HIGH, OTHERS), (HIGH, UNFITTED), (LOW, SINGLE)):
+        for name, of in ((HIGH, UNFITTED), (LOW, SINGLE)):
             if of in parts:
                 parts[name] = parts[name] + parts.pop(of)
         return parts
@@ -282,7 +282,7 @@ def propagate_flights(high, low, control, weighting=PLAIN) -> PropagatedFlights:
         sizes[SINGLE] = sizes[LOW] * np.sqrt(1.0 - share)
         sizes[LOW] = sizes[LOW] * np.sqrt(share)
         chains[SINGLE] = _of_rows(np.ones(len(low.point)), axes)
-    known = SharedCovariances()
+    known = SharedCovariances(through_models=True)
     means = _Means.of(low, weighting, chains, sizes, known)
     final = means.operator(axes)
     to_points = {name: final @ chain for name, chain in chains.items()}
@@ -314,14 +314,19 @@ def _as_fitted(flight, control, chains, sizes, axes):
 def _by_point(averaged, chains, sizes, fitted):
     """Chains to means of the high flight, and errors, with one number for many.
 
-    Errors of points that no model is fitted on, all rows but ``fitted``, meet in the
-    mean of their point alone: what they make of it stands for them, so that models of
-    the low flight depend on one number a point, not on one of each model that holds it.
+    Errors that no model is fitted on, those of all rows but ``fitted`` and of OTHERS,
+    meet in the mean of their point alone: what they make of it stands for them, so that
+    models of the low flight depend on one number a point, not on one of each model that
+    holds it.
     """
     axes, n_rows = averaged.axes, averaged.n_sources
     of_fitted = selection(fitted, n_rows, axes).T
     unfitted = sizes[HIGH].copy()
     unfitted[fitted] = 0.0
+    if OTHERS in sizes:  # no model is fitted on these either
+        unfitted = np.hypot(unfitted, sizes[OTHERS])
+        chains = {name: one for name, one in chains.items() if name != OTHERS}
+        sizes = {name: size for name, size in sizes.items() if name != OTHERS}
     roots = roots_of(averaged.covariances(unfitted))
     chains = {
         name: chain if name == CONTROL else _multiplied(chain, -1, of_fitted)
@@ -334,8 +339,7 @@ def _by_point(averaged, chains, sizes, fitted):
     }
     chains[UNFITTED] = on_diagonal(axes.blocks_of(roots))
     sizes = {
-        name: size[fitted] if name in (HIGH, OTHERS) else size
-        for name, size in sizes.items()
+        name: size[fitted] if name == HIGH else size for name, size in sizes.items()
     }
     sizes[UNFITTED] = np.ones(averaged.n_points)
     return chains, sizes
