@@ -180,3 +180,50 @@ def test_an_adjustment_does_not_follow_given_points():
     assert found_in(result) is None
     _, miss = true_errors(result, truth)
     assert rms(miss) < 0.06
+
+
+def half_off(block, shift):
+    """A block the western half of the approximate points of which is off."""
+    known = block.approximate_points.copy()
+    is_west = known["easting"] < known["easting"].median()
+    known.loc[is_west, "northing"] += shift
+    return replace(block, approximate_points=known)
+
+
+@pytest.mark.parametrize("seed", [31, 41])
+def test_a_region_hides_no_single_wrong_point(seed):
+    simulated, truth, _ = given(seed)
+    block = half_off(simulated, 1.5)
+    # its models hold points of both halves
+    known = block.approximate_points
+    east = known["easting"] - known["easting"].median()
+    name = str(known.loc[east[east > 0.0].idxmin(), "point_id"])
+    result = densified(spoilt(block, **{f"p{name}": 6.0}))
+    assert found_in(result).names == (name,)
+    codes = [found.code for found in result.assessment.findings]
+    assert "displaced_region" in codes
+    _, miss = true_errors(result, truth)
+    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    # nothing is named where a region alone is off
+    assert found_in(densified(block)) is None
+
+
+def test_a_region_of_photographs_is_no_single_wrong_point():
+    geometry = BlockGeometry(
+        width=4200.0,
+        height=3600.0,
+        point_spacing=300.0,
+        transformation="helmert_3d",
+        measurement="images",
+    )
+    simulated = simulate_block("demo", seed=71, geometry=geometry)
+    known = simulated.truth[["point_id", *PLAN, "height"]].copy()
+    rng = np.random.default_rng(71)
+    known[PLAN] += 0.07 * rng.standard_normal((len(known), 2))
+    middle = known[PLAN].median()
+    is_off = (known[PLAN] < middle).all(axis=1)
+    known.loc[is_off, PLAN] += [-4.8, -3.6]
+    block = replace(
+        simulated, high_flight=None, approximate_points=known, approximate_m_0_m=0.1
+    )
+    assert found_in(densify(block)) is None

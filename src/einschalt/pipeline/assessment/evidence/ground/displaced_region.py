@@ -37,6 +37,7 @@ from einschalt.pipeline.assessment.evidence.ground.onto_given_points import (
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     look_for_wrong_points,
     points_beside,
+    together,
 )
 from einschalt.pipeline.assessment.evidence.without_gross_errors import gross_rows
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
@@ -74,11 +75,17 @@ class GivenScan:
     untested: str = ""
 
 
+# of an examination in which regions have been looked for
+UNSEEN = {"region_scan": GivenScan(), "control_regions": ()}
+
+
 class BesideDisplacedRegion:
     """What can be asked of an examination about displaced regions, and single points.
 
     Regions are looked for without the single points that are wrong.
     """
+
+    is_with_regions_back = False
 
     @cached_property
     def _wrong_points(self):
@@ -87,10 +94,14 @@ class BesideDisplacedRegion:
             return (), None  # an adjustment does not follow given points
         return look_for_wrong_points(self, self._examined_without)
 
-    @property
+    @cached_property
     def wrong_given_points(self):
         """Each WrongGivenPoint that puts the points off, the largest first."""
-        return self._wrong_points[0]
+        points, _ = self._wrong_points
+        beside = self._with_regions_back
+        if beside is None or beside.two_step is not beside:
+            return points
+        return together(self.block, points, beside.wrong_given_points)
 
     @property
     def is_put_off(self):
@@ -105,6 +116,8 @@ class BesideDisplacedRegion:
         )
         again = type(self)(again)
         vars(again)["_wrong_points"] = (), None  # they are looked for
+        if self.is_with_regions_back:  # and so are these
+            vars(again).update(UNSEEN, is_with_regions_back=True)
         return again
 
     @cached_property
@@ -112,6 +125,17 @@ class BesideDisplacedRegion:
         """The scan of the given approximate points, of an examination of two steps."""
         _, without = self._wrong_points
         return scan_given_points(self) if without is None else without.region_scan
+
+    @cached_property
+    def largest_region(self):
+        """Shift of the largest region that is found, or may be there, 0 without [m].
+
+        Errors of orientations may make one, which is not told then.
+        """
+        scan = self.region_scan
+        if scan.untested != "orientations":
+            return max((each.size for each in scan.regions), default=0.0)
+        return _largest_that_may_be(self)
 
     @cached_property
     def control_regions(self):
@@ -142,12 +166,24 @@ class BesideDisplacedRegion:
     def corrected(self):
         """Examination of the block with the regions where the others have them.
 
-        And without single points that are wrong; None where there is nothing of it.
+        And without single points that are wrong, those too that the regions hid; None
+        where there is nothing of it.
+        """
+        beside = self._with_regions_back
+        if beside is None:
+            return self._wrong_points[1]
+        return beside.corrected or beside
+
+    @cached_property
+    def _with_regions_back(self):
+        """The same with single points that nothing but the regions hides, or None.
+
+        Without regions None.
         """
         _, without = self._wrong_points
         solution = self.solution if without is None else without.solution
         if not self.displaced_regions:
-            return without
+            return None
         is_in_two_steps = isinstance(solution, TwoStepSolution)
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
         block = solution.block
@@ -155,9 +191,7 @@ class BesideDisplacedRegion:
             block = _corrected(block, region)
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
-        # they are looked for
-        unseen = {"region_scan": GivenScan(), "control_regions": ()}
-        vars(again.two_step).update(unseen, _wrong_points=((), None))
+        vars(again.two_step).update(UNSEEN, is_with_regions_back=True)
         return again
 
     @cached_property
@@ -271,6 +305,19 @@ def scan_given_points(two_step) -> GivenScan:
     regions = _told(block, known, found, errors[places])
     clearest = float(np.sqrt(scan.square)), float(scan.p_value)
     return GivenScan(regions, len(known), scan.n_tried, *clearest, scan.detectable)
+
+
+def _largest_that_may_be(two_step):
+    """Shift of the largest region, by orientations without errors, 0 without [m]."""
+    known = two_step.block.approximate_points
+    if len(known) > MOST_GIVEN or two_step.error_model is None:
+        return 0.0
+    is_out = gross_rows(two_step, LOW, first_pass(two_step))
+    places, _, flight, given = observations(two_step, is_out)
+    if not len(flight.model):
+        return 0.0
+    found = _scan(flight, given, values_of(known.iloc[places], PLAN)).regions
+    return max((float(np.hypot(*each.shift)) for each in found), default=0.0)
 
 
 def _told(block, known, found, errors):

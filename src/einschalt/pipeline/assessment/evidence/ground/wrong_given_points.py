@@ -74,14 +74,20 @@ def look_for_wrong_points(two_step, examined_of):
             without = examined_of(_without(two_step.block, found))
         except EinschaltError:  # the rest does not hold together
             return nothing
-        regions = without.region_scan.regions
-        least = BEYOND_REGIONS * max((each.size for each in regions), default=0.0)
+        least = BEYOND_REGIONS * without.largest_region
         seen = [_seen_without(two_step, without, point) for point in found]
         found = tuple(each for each in seen if each and each.size > least)
         if len(found) == len(names):
             found = _exchanged(two_step.block, found)
             return tuple(sorted(found, key=lambda each: -each.size)), without
     return nothing
+
+
+def together(block, points, hidden):
+    """Points that were found at once, and those that regions hid, the largest first."""
+    n_given = len(block.approximate_points)
+    hidden = (replace(each, n_given=n_given) for each in hidden)
+    return tuple(sorted((*points, *hidden), key=lambda each: -each.size))
 
 
 def points_beside(two_step, points):
