@@ -85,6 +85,8 @@ def look_for_wrong_points(two_step, examined_of):
 
 def together(block, points, hidden):
     """Points that were found at once, and those that regions hid, the largest first."""
+    if not hidden:
+        return points
     n_given = len(block.approximate_points)
     hidden = (replace(each, n_given=n_given) for each in hidden)
     return tuple(sorted((*points, *hidden), key=lambda each: -each.size))
