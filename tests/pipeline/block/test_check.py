@@ -299,3 +299,12 @@ def test_models_whose_photographs_have_no_point_in_common(demo_block):
     assert "photographs '12' and '13' have no point in common" in str(problem)
     assert problem.model == "12/13"
     assert "they may be exchanged" in problem.remedy
+
+
+def test_a_model_of_one_photograph(demo_block):
+    flight = image_block(demo_block)
+    flight.models.loc[0, "right_image"] = flight.models.loc[0, "left_image"]
+    (problem,) = replace(demo_block, low_flight=flight).model_problems
+    name = flight.models.loc[0, "left_image"]
+    assert f"left_image and right_image are both '{name}'" in str(problem)
+    assert problem.model == flight.models.loc[0, "model_id"]

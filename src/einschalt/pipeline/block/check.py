@@ -41,6 +41,7 @@ from einschalt.pipeline.block.scales import (
     standard_error_problems,
 )
 from einschalt.pipeline.block.stereo_models import (
+    models_of_one_photograph,
     models_of_photographs_apart,
     models_without_parallaxes,
     parallax_problems,
@@ -247,6 +248,7 @@ class _Check:
                     flight, table = self.checked[name], self._model_table(name)
                     file = self._file(f"{name}.models")
                     self.models += models_of_photographs_apart(flight, table, file)
+                    self.models += models_of_one_photograph(flight, file)
 
     def _absent_images(self, name, side):
         flight = self.checked[name]

@@ -95,3 +95,32 @@ def models_of_photographs_apart(flight, model_table, file):
 
     is_lost = ~rows_among(models, model_table, list(MODEL_KEY))
     return [problem(place) for place in np.flatnonzero(is_lost)]
+
+
+def models_of_one_photograph(flight, file):
+    """List the models whose photographs are the same one.
+
+    Parameters
+    ----------
+    flight : Flight
+        With images.
+    file : str
+        Of the models.
+
+    Returns
+    -------
+    list of ConsistencyError
+    """
+    models = flight.models
+
+    def problem(place):
+        return ConsistencyError(
+            f"left_image and right_image are both '{models['left_image'].iloc[place]}'",
+            expected="two photographs",
+            remedy="Correct one of the names, or delete the model",
+            file=file,
+            **tables.row_location(models, place),
+        )
+
+    is_same = (models["left_image"] == models["right_image"]).to_numpy(dtype=bool)
+    return [problem(place) for place in np.flatnonzero(is_same)]
