@@ -290,20 +290,6 @@ def test_models_that_are_curved_alike_do_not_pass_for_strain(method):
     assert 0.02 < high.size < 0.12
 
 
-def test_strain_keeps_its_size_beside_models_that_are_curved_alike():
-    """Whichever was likelier was taken for both: a wave of 12 cm was told as 49 cm."""
-    noise = BlockNoise(network_strain=0.15, network_strain_wavelength=4000.0)
-    block = simulate_block("neukirchen", seed=7, noise=noise)
-    bent = _with_curved_models(block.high_flight, 0.006)
-    curved = densify(replace(block, high_flight=bent)).patterns
-    alone = densify(block).patterns
-    assert not alone.curvatures
-    assert curved.curvatures[0].is_significant
-    assert curved.strain.is_significant
-    assert curved.strain.is_smooth
-    assert curved.strain.size == pytest.approx(alone.strain.size, rel=0.15)
-
-
 def test_strain_is_found_beside_a_wrong_point():
     strained = simulate_block(
         "neukirchen", seed=1, noise=BlockNoise(network_strain=0.1)

@@ -136,7 +136,7 @@ class SystematicPatterns:
     affinities: tuple[FilmAffinity, ...]  # of the flights, as far as they can be tested
     # None where the control points do not check each other, or are too many
     strain: NetworkStrain | None
-    # of the flights, where it is likelier than a strain, or shows beside one
+    # of the flights, where it is likelier than a strain
     curvatures: tuple[CommonCurvature, ...] = field(
         default=(), metadata={IS_PLAIN: False}
     )
@@ -308,17 +308,13 @@ def _strain(examined, transformations, errors, affine):
 
 
 def _with_curvatures(checks, places, shared, control, flights):
-    """NetworkStrain or None, and what models have in common if it is likely."""
+    """NetworkStrain or None, and the curvatures of flights that are likelier."""
     strain = _strain_of(_scores(checks, places, shared), control)
-    of_terms = checks.common.likelihood_ratio
-    if strain is None or not of_terms > 0.0:
+    if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
         return strain, ()
     # models that are curved alike make a block that is curved, and control with it
-    beside = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
-    is_beside = beside is not None and beside.is_significant
-    if is_beside or of_terms > strain.likelihood_ratio:
-        return beside, _curvatures(checks.common, flights)
-    return strain, ()
+    strain = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
+    return strain, _curvatures(checks.common, flights)
 
 
 def _curvatures(found, flights):
