@@ -47,7 +47,7 @@ class SharedCovariances:
     covariances are computed when the first of these asks for them. Matrices of chains
     and standard errors are told apart by their identity, and must not be changed.
     ``through_models``: errors of points on which models are fitted go through these,
-    where that is possible; see joint_through_models.
+    where joint_through_models can; it pays where they are many times the parameters.
     """
 
     def __init__(self, *, through_models=False):

@@ -303,24 +303,19 @@ def _strain(examined, transformations, errors, affine):
     shared = None
     if examined.shares_control_errors:
         shared = _shared(examined.propagation.high.control, errors, is_used)
-    found = control_checks(flights, given), np.flatnonzero(is_used), shared
-    return _with_curvatures(*found, control, dict(zip(tables, flights, strict=True)))
-
-
-def _with_curvatures(checks, places, shared, control, flights):
-    """NetworkStrain or None, and the curvatures of flights that are likelier."""
+    checks, places = control_checks(flights, given), np.flatnonzero(is_used)
     strain = _strain_of(_scores(checks, places, shared), control)
     if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
         return strain, ()
     # models that are curved alike make a block that is curved, and control with it
     strain = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
-    return strain, _curvatures(checks.common, flights)
+    return strain, _curvatures(checks.common, flights, tuple(transformations))
 
 
-def _curvatures(found, flights):
+def _curvatures(found, flights, names):
     """CommonCurvature of each flight."""
     first, curvatures = 0, []
-    for name, values in flights.items():
+    for values, name in zip(flights, names, strict=True):
         own = slice(first, first := first + values.common.shape[1])
         size = np.sqrt(np.mean(np.abs(values.common @ found.coefficients[own]) ** 2))
         p_value = chdtrc(2 * values.common.shape[1], found.square_of(own))

@@ -75,8 +75,8 @@ class GivenScan:
     untested: str = ""
 
 
-# of an examination in which regions have been looked for
-UNSEEN = {"region_scan": GivenScan(), "control_regions": ()}
+# of an examination with regions moved back, in which none are looked for again
+NO_MORE_REGIONS = {"region_scan": GivenScan(), "control_regions": ()}
 
 
 class BesideDisplacedRegion:
@@ -117,7 +117,7 @@ class BesideDisplacedRegion:
         again = type(self)(again)
         vars(again)["_wrong_points"] = (), None  # they are looked for
         if self.is_with_regions_back:  # and so are these
-            vars(again).update(UNSEEN, is_with_regions_back=True)
+            vars(again).update(NO_MORE_REGIONS, is_with_regions_back=True)
         return again
 
     @cached_property
@@ -191,7 +191,7 @@ class BesideDisplacedRegion:
             block = _corrected(block, region)
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
-        vars(again.two_step).update(UNSEEN, is_with_regions_back=True)
+        vars(again.two_step).update(NO_MORE_REGIONS, is_with_regions_back=True)
         return again
 
     @cached_property
