@@ -1,5 +1,7 @@
 """A small block in one dense matrix is adjusted as it is by fronts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,33 @@ def test_both_ways_agree(make_block, both, layout, kind):
     np.testing.assert_allclose(
         solutions[0].residuals, solutions[1].residuals, atol=ROUNDING
     )
+
+
+@pytest.mark.parametrize("is_rough", [False, True])
+@pytest.mark.parametrize("kind", ["affine", "helmert", "mixed"])
+def test_a_block_that_own_deformations_make_large_is_parted(
+    make_block, monkeypatch, kind, is_rough
+):
+    plain = adjust(make_block("grid", kind))
+    x, y = (plain.observations.xy / np.abs(plain.observations.xy).max()).T
+    turns = np.exp(1j * np.arange(3))
+    bent = 0.05 * np.stack([x * x, x * y, y * y], axis=1) * turns  # at the edge [m]
+    if kind == "affine":
+        bent = bent.real
+    observations = replace(plain.observations, bent=bent)
+    at_once = plain.readjusted(observations, is_rough=is_rough)
+    assert at_once.ordering is plain.ordering
+    n_solved = plain.solver.factor.n_unknowns * (2 if kind == "helmert" else 1)
+    most = plain.observations.n_models * n_solved
+    monkeypatch.setattr(solver, "MOST_AT_ONCE", most)
+    by_fronts = plain.readjusted(observations, is_rough=is_rough)
+    assert len(by_fronts.ordering.fronts.parent) > 1
+    # what has been parted stays so
+    again = by_fronts.readjusted(observations, is_rough=is_rough)
+    assert again.ordering is by_fronts.ordering
+    for name, values in numbers(at_once).items():
+        size = np.abs(values).max()
+        assert np.abs(numbers(by_fronts)[name] - values).max() <= ROUNDING * size, name
 
 
 def free_chains(dtype):

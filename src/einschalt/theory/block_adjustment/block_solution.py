@@ -85,7 +85,7 @@ class BlockSolution(AdjustedBlock):
         """
         if not is_rough:
             return adjust(observations, self.terms, self.ordering)
-        start = self.common, self.affinities[self.ordering.order]
+        start = self.common, self.affinities
         return adjust(observations, self.terms, self.ordering, start, is_rough=True)
 
     @property
@@ -192,14 +192,13 @@ def adjust(
     The block is determined (see :mod:`.determinacy`); ``terms`` are deformations that
     the models of a flight share; an ``ordering`` comes from an earlier adjustment of
     the same models and points, and so does a ``start``: common parameters, and
-    affinities in the order of elimination. A rough solution is for sums over the
-    block. Raises UndeterminedTermsError where the points of the models do not determine
-    the terms.
+    affinities. A rough solution is for sums over the block. Raises
+    UndeterminedTermsError where the points of the models do not determine the terms.
     """
     task = _Task(observations, terms, ordering, is_rough=is_rough)
     common, used = np.zeros(len(task.deformation.names)), None
     if start is not None:
-        common, used = start
+        common, used = start[0], start[1][task.ordering.order]
     passed = task.pass_with(common, used)
     for _ in range(MOST_PASSES):
         is_settled = task.is_settled(passed.common - common)
@@ -229,15 +228,16 @@ class _Pass:
 def _n_solved(observations):
     """Real unknowns of a model that are solved together."""
     is_coupled = observations.is_coupled or observations.orientation is not None
-    channels = Channels(observations.is_affine, is_coupled=is_coupled)
-    return 3 if channels.way == "shared" else channels.n_unknowns
+    n_bent = 0 if observations.bent is None else observations.bent.shape[1]
+    channels = Channels(observations.is_affine, is_coupled=is_coupled, n_bent=n_bent)
+    return 3 + n_bent if channels.way == "shared" else channels.n_unknowns
 
 
 class _Task(BlockInOrder):
     """A plane block that is adjusted, in the order of elimination."""
 
     def __init__(self, observations, terms, ordering, *, is_rough=False):
-        if ordering is None:
+        if ordering is None or ordering.has_outgrown(_n_solved(observations)):
             n_models, n_points = observations.n_models, observations.n_points
             incidence = incidence_of(
                 observations.model, observations.point, n_models, n_points

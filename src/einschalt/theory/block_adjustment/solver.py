@@ -43,6 +43,11 @@ class Ordering:
     pattern: BlockPattern
     fronts: Fronts
 
+    def has_outgrown(self, n_unknowns):
+        """Whether models with so many unknowns are too many for the only front."""
+        n_models = len(self.order)
+        return self.fronts.are_one and not _is_small(n_models, n_unknowns)
+
 
 def order_block(incidence, xy, n_unknowns) -> Ordering:
     """Find the order of elimination and what it fills.
@@ -57,7 +62,7 @@ def order_block(incidence, xy, n_unknowns) -> Ordering:
 def order_placed(incidence, positions, n_unknowns) -> Ordering:
     """Find the order of elimination of models; ``positions()`` says where they lie."""
     neighbours = neighbours_of(incidence)
-    if incidence.n_models * n_unknowns <= MOST_AT_ONCE:
+    if _is_small(incidence.n_models, n_unknowns):
         elimination = at_once(incidence.n_models)
     else:
         elimination = dissect(neighbours, positions())
@@ -66,6 +71,11 @@ def order_placed(incidence, positions, n_unknowns) -> Ordering:
     return Ordering(
         incidence.reordered(elimination.order), elimination.order, pattern, fronts
     )
+
+
+def _is_small(n_models, n_unknowns):
+    """Whether a block is one dense matrix."""
+    return n_models * n_unknowns <= MOST_AT_ONCE
 
 
 @dataclass(frozen=True, eq=False)

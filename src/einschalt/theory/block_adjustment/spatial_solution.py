@@ -125,7 +125,9 @@ def adjust_spatially(observations, start=None, *, is_rough=False) -> SpatialSolu
     if start is None:
         start = place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
-    task = _Task(observations, order_block(incidence, chained, N_UNKNOWNS))
+    bent = observations.bent
+    n_solved = N_UNKNOWNS + (0 if bent is None else bent.shape[2])
+    task = _Task(observations, order_block(incidence, chained, n_solved))
     return task.solve(start, ROUGHLY if is_rough else SETTLED)
 
 
