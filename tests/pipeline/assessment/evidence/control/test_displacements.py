@@ -94,6 +94,8 @@ def fake(points, s_0=1.0, p_value=np.nan):
         far_apart=np.zeros(4, dtype=bool),
         named_measurements=table.iloc[:0],
         is_possible=True,
+        is_put_off=False,
+        displaced_regions=(),
         means=SimpleNamespace(points=table, used=pd.concat([table, table])),
         high=None,
         approximations=table.assign(easting=table["easting"] - [9.0, 0.0, 0.0, 3.0]),
@@ -132,3 +134,13 @@ def test_ways_that_come_apart_by_more_than_their_errors(s_0, expected):
     found = moved_between_ways(one)
     # errors beyond twice the stated ones explain nothing: s_0 counts up to 2
     assert found.plan == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(("regions", "expected"), [((), 0.0), (("west",), 1.9950)])
+def test_ways_are_held_apart_without_what_the_two_steps_alone_follow(regions, expected):
+    one = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)})
+    one.displaced_regions = regions
+    one.two_step = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
+    one.two_step.is_put_off = True
+    one.two_step.corrected = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)})
+    assert moved_between_ways(one).plan == pytest.approx(expected, abs=1e-4)

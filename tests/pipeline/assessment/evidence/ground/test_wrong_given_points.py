@@ -208,6 +208,15 @@ def test_a_region_hides_no_single_wrong_point(seed):
     assert found_in(densified(block)) is None
 
 
+def test_an_adjustment_is_not_apart_from_what_given_points_do_to_two_steps():
+    simulated, truth, _ = given(31)
+    result = densified(half_off(simulated, 1.5), "simultaneous")
+    _, miss = true_errors(result, truth)
+    assert rms(miss) < 0.05
+    # the two steps follow their half by 1.5 m: 1.1 m in the mean
+    assert result.examination.apart_from_two_steps.plan < 0.05
+
+
 def test_a_region_of_photographs_is_no_single_wrong_point():
     geometry = BlockGeometry(
         width=4200.0,

@@ -171,11 +171,15 @@ def _beyond_usual(squares, all_squares, low):
 def moved_between_ways(adjusted) -> Displacement:
     """How far one adjustment lies from the two steps, beyond the errors of both.
 
-    These are enlarged by s_0, but not by one that gross errors make.
+    These are enlarged by s_0, but not by one that gross errors make. What given
+    approximate points do that are wrong does not count: an adjustment follows control.
     """
     two_step = adjusted.two_step
     if not two_step.is_possible:
         return NOTHING
+    # regions of the adjustment are those that control follows too
+    if two_step.is_put_off and not adjusted.displaced_regions:
+        two_step = two_step.corrected
     apart = apart_from(adjusted.points, two_step.points)
     apart = _of_new(adjusted, adjusted.points["point_id"], apart)
     s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
