@@ -79,9 +79,9 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     findings_of,
 )
 from einschalt.pipeline.assessment.kept_gross_errors import (
-    with_displaced_region,
     with_kept_gross_errors,
     with_other_targets,
+    with_points_put_off,
     with_wrong_control,
     with_wrong_height,
 )
@@ -188,7 +188,7 @@ def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
     # what a height does to its models looks like anything else
     findings = with_wrong_height(examined, judges, findings)
-    findings = with_displaced_region(examined, judges, findings)
+    findings = with_points_put_off(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)
     findings = with_other_targets(examined, judges, findings)

@@ -97,7 +97,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     known, as a lower bound.
     """
     if examined.is_put_off:
-        return _beside_region(examined)
+        return _beside_points_put_off(examined)
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
     total, paper = figures.mean_within, figures.mean_paper
@@ -135,7 +135,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     )
 
 
-def _beside_region(examined):
+def _beside_points_put_off(examined):
     """The figure without displaced points, and how far these move the new points.
 
     A lower bound, since the others may be off instead.
@@ -274,7 +274,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     errors must be wrong, deformed models among it.
     """
     if examined.is_put_off:
-        return _beside_region(examined)
+        return _beside_points_put_off(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)
     is_refuted = (

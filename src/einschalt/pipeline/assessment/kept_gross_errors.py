@@ -173,7 +173,7 @@ def with_other_targets(examined, judges, findings):
     return with_consequences(causes[0], findings, explained)
 
 
-def with_displaced_region(examined, judges, findings):
+def with_points_put_off(examined, judges, findings):
     """Put what is gone without displaced regions, and wrong points, under these."""
     causes = [found for found in findings if found.code in PUT_OFF]
     if not causes:
@@ -185,7 +185,7 @@ def with_displaced_region(examined, judges, findings):
         if _may_follow(found) and found.code not in {*PUT_OFF, *left}
     )
     beside = tuple(
-        _beside_region(found, left[CLAIM])
+        _rejected_elsewhere_too(found, left[CLAIM])
         if found.code == CLAIM and CLAIM in left
         else found
         for found in findings
@@ -193,7 +193,7 @@ def with_displaced_region(examined, judges, findings):
     return with_consequences(causes[0], beside, explained)
 
 
-def _beside_region(claim, left):
+def _rejected_elsewhere_too(claim, left):
     """A claim that does not stand without the region either: by what is not of that.
 
     Errors that neighbours share are doubted only where residuals of neighbours are

@@ -61,7 +61,7 @@ def tolerance_of(settings):
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
     """The propagated figure, or the larger one of the budget, as it was tested."""
     if examined.is_put_off:
-        return _checked_beside_region(examined)
+        return _checked_beside_points_put_off(examined)
     figure = examined.credible
     return CheckedFigure(
         figure.column,
@@ -77,7 +77,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     It falls where known points or residuals contradict it.
     """
     if examined.is_put_off:
-        return _checked_beside_region(examined)
+        return _checked_beside_points_put_off(examined)
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
         column=TOTAL if TOTAL in examined.points else "",
@@ -87,7 +87,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     )
 
 
-def _checked_beside_region(examined):
+def _checked_beside_points_put_off(examined):
     """That of the points which no displaced region or point moves, if it is told."""
     figure, is_told = examined.corrected.checked, examined.displaced_part_is_told
     is_supported = figure.is_supported and is_told

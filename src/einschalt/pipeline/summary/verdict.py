@@ -76,6 +76,7 @@ CONTROL_IN = mark_each(
         "middle": "check the control points in the middle first",
     }
 )
+CONTROL_IN_SEVERAL = mark("check the control points of {n} displaced regions first")
 CONTROL_IN_PARTS = mark("compare both parts of the control network first")
 ELSEWHERE = mark("{figure} outside displaced regions")
 ELSEWHERE_OF_BOTH = mark(
@@ -180,15 +181,26 @@ def _cause(assessment):
     code = assessment.causes[0]
     cause = next(found for found in assessment.findings if found.code == code)
     if cause.facts.get("given") == "control_points":
-        is_told = cause.facts["part_is_told"]
-        where = CONTROL_IN[cause.facts["where"]]
-        return translated(where if is_told else CONTROL_IN_PARTS)
+        return _where_control_is_off(cause.facts)
     names = cause.names
     if code not in CAUSE_OF_SEVERAL:  # which name no point
         return translated(CAUSES[code])
     words = CAUSES[code] if len(names) == 1 else CAUSE_OF_SEVERAL[code]
     n = figure(len(names), "d")
     return translated(words, name=printable(names[0]), n=n)
+
+
+def _where_control_is_off(facts):
+    """Say which control points to check: where one region is off, of several how many.
+
+    Where nothing tells which part of the network is off, both.
+    """
+    if not facts["part_is_told"]:
+        return translated(CONTROL_IN_PARTS)
+    others = facts["further_regions"]
+    if others:
+        return translated(CONTROL_IN_SEVERAL, n=figure(1 + len(others), "d"))
+    return translated(CONTROL_IN[facts["where"]])
 
 
 def _heights(credible):

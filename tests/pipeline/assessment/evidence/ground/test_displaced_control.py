@@ -69,6 +69,22 @@ def test_a_quarter_is_named_first(transformation):
     assert set(first.facts["control"]) == checks
 
 
+def test_of_two_corners_the_headline_says_how_many():
+    def north_east(points):
+        return (points[PLAN] > points[PLAN].quantile(0.6)).all(axis=1)
+
+    block, *_ = displaced(simulated())
+    control = block.control_points.copy()
+    rows = north_east(control).to_numpy()
+    control.loc[rows, PLAN] -= 1.5 * SHIFT[::-1]
+    result = densify(replace(block, control_points=control), Settings())
+    first = result.assessment.findings[0]
+    assert first.code == "displaced_region"
+    assert len(first.facts["further_regions"]) == 1
+    head, *_ = result.summary().splitlines()
+    assert "; check the control points of 2 displaced regions first" in head
+
+
 def test_of_two_halves_that_check_points_follow_nothing_tells():
     def west(points):
         return points["easting"] < points["easting"].median()
