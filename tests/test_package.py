@@ -49,10 +49,14 @@ def run(*arguments, **options):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """A wheel, made of a source distribution, as an index would have them."""
+    """A wheel of this checkout."""
     if int(version("setuptools").partition(".")[0]) < 77:
         pytest.skip("setuptools 77 or newer is not installed: it builds the package")
-    root = tmp_path_factory.mktemp("package")
+    return build_wheel(tmp_path_factory.mktemp("package"))
+
+
+def build_wheel(root):
+    """Make a wheel of a source distribution, as an index would have them."""
     checkout = root / "checkout"
     checkout.mkdir()
     leave = shutil.ignore_patterns("__pycache__", "*.egg-info")
