@@ -20,6 +20,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     Signatures,
 )
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.adjustment.pattern_tests import examine_patterns
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
@@ -198,12 +199,37 @@ def test_few_control_points_tell_no_pattern(good_result):
     assert (found.plan, found.height) == (None, None)
 
 
-def test_of_two_parts_either_may_be_the_wrong_one():
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("seed", "shift"), [(1, 0.6), (2, 0.6), (3, 1.2)])
+def test_a_corner_of_few_points_counts_by_itself(seed, shift, method):
+    block = simulate_block("demo", seed=seed)
+    plan = block.control_points[["easting", "northing"]]
+    is_corner = (plan < plan[block.control_points["role"] == "control"].median()).all(
+        axis=1
+    )
+
+    def easting(control):
+        return control["easting"] + np.where(is_corner, shift, 0.0)
+
+    result = densify(
+        with_control(block, easting=easting),
+        block.settings.updated({"method": method}),
+    )
+    # three or four of 13 to 21 points
+    assert result.examination.two_step.control_patterns.plan.kind is Kind.STEP
+    figure = result.assessment.credible.value
+    assert 0.85 < figure / true_error(result, ["easting", "northing"]) < 1.3
+
+
+def test_of_two_large_parts_either_may_be_the_wrong_one():
     is_used = np.array([True, True, True, False])
-    step = Pattern(Kind.STEP, np.array([1.0, 0.0, 0.0, 0.0]))
+    step = Pattern(Kind.STEP, np.array([1.0, 1.0, 0.0, 0.0]))
     small, large = _wrong(step, is_used)
     assert small is step
-    assert large.of_control.tolist() == [0.0, 1.0, 1.0, 0.0]
+    assert large.of_control.tolist() == [0.0, 0.0, 1.0, 0.0]
+    # of one in three the others are right, as of a displaced region
+    few = Pattern(Kind.STEP, np.array([1.0, 0.0, 0.0, 0.0]))
+    assert _wrong(few, is_used) == (few,)
     bend = Pattern(Kind.BEND, np.ones(4))
     assert _wrong(bend, is_used) == (bend,)
 

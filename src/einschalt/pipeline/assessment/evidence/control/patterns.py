@@ -20,6 +20,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     PLAN,
     Signatures,
 )
+from einschalt.pipeline.assessment.evidence.ground.given_region import is_large
 from einschalt.pipeline.assessment.evidence.systematic_errors import SURELY_NOT_SCALED
 from einschalt.theory.adjustment.pattern_tests import (
     estimate_scores_together,
@@ -338,10 +339,13 @@ def _rows_of(patterns, places):
 
 
 def _wrong(pattern, is_used):
-    """What may be wrong where this is found: of two parts nothing tells which."""
+    """What may be wrong where this is found: of two large parts nothing tells which."""
     if pattern.kind is not Kind.STEP:
         return (pattern,)
     others = np.where(is_used, 1.0 - pattern.of_control, 0.0)
+    n_inside, n_elsewhere = map(np.count_nonzero, (pattern.of_control, others))
+    if not is_large(n_inside, n_elsewhere):
+        return (pattern,)
     return (pattern, replace(pattern, of_control=others))
 
 
