@@ -99,6 +99,13 @@ def test_several_polygons_are_one_area_and_holes_stay(tmp_path):
     assert area.holds(middle).tolist() == [False, True]
 
 
+def test_a_layer_of_geojson_is_refused(tmp_path):
+    path = tmp_path / "area.geojson"
+    path.write_text('{"type": "Point", "coordinates": [0.0, 0.0]}', encoding="utf-8")
+    with pytest.raises(EinschaltError, match=r"no layers, and none called 'east'.*--area"):
+        read_area(path, layer="east")
+
+
 def test_layers_of_a_geopackage(tmp_path):
     path = tmp_path / "area.gpkg"
     shape = shapely.box(*CENTRE, CENTRE[0] + 4000, CENTRE[1] + 3000)

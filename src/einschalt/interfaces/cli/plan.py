@@ -36,15 +36,18 @@ CameraName = Literal[
 ]
 
 
-def _of_values(text):
-    return f"{text}: values as 6000,8000 or first:last:step"
+def _of_values(text, example):
+    return f"{text}: values as {example} or first:last:step"
 
 
-def _values(text, *names):
+def _values(text, example, *names):
     return Annotated[
         list[str] | None,
         typer.Option(
-            *names, metavar="VALUES", show_default=False, help=_of_values(text)
+            *names,
+            metavar="VALUES",
+            show_default=False,
+            help=_of_values(text, example),
         ),
     ]
 
@@ -63,14 +66,16 @@ _expect = partial(optional, "Expect", float)
 def plan(
     context: typer.Context,
     scale_number: _values(
-        "Denominators of the image scale", "--scale-number", "--scale"
+        "Denominators of the image scale", "6000,8000", "--scale-number", "--scale"
     ) = None,
     spacing: _values(
-        "Mean distances of points [m]", "--spacing", "--point-spacing"
+        "Mean distances of points [m]", "200,300", "--spacing", "--point-spacing"
     ) = None,
-    m_0: _values("Total errors of approximate coordinates [m]", "--m-0") = None,
+    m_0: _values(
+        "Total errors of approximate coordinates [m]", "0.05,0.1", "--m-0"
+    ) = None,
     m_g_um: _values(
-        "Total errors of a measured point in the image [µm]", "--m-g-um"
+        "Total errors of a measured point in the image [µm]", "5,10", "--m-g-um"
     ) = None,
     kind: Annotated[
         Kind, typer.Option("--kind", "--transformation", help="How models are fitted.")
@@ -131,12 +136,14 @@ def plan(
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
-        "Target: ratio of the scale numbers of high and low flight"
+        "Target: ratio of the scale numbers of high and low flight", "1.5,2"
     ) = None,
-    n_settings: _values("Target: number of pointings at each point") = None,
-    n_coverages: _values("Target, expect: number of coverages of the area") = None,
+    n_settings: _values("Target: number of pointings at each point", "2,4") = None,
+    n_coverages: _values(
+        "Target, expect: number of coverages of the area", "2,3"
+    ) = None,
     control_per_model: _values(
-        "Target, expect: control in each high-flight model, 5 or 9"
+        "Target, expect: control in each high-flight model, 5 or 9", "5,9"
     ) = None,
     control_standard_error: Annotated[
         float, typer.Option(help="Target, expect: total error of control [m].")

@@ -121,8 +121,15 @@ def _of_layer(path, layer, source):
     return _Drawn(_polygons(list(shapes), source), meta["crs"])
 
 
-def _of_json(path, _layer, source):
+def _of_json(path, layer, source):
     """Read GeoJSON: a FeatureCollection, a Feature or a geometry."""
+    if layer is not None:
+        raise FileError(
+            f"is GeoJSON, which has no layers, and none called '{layer}'",
+            expected="a layer of a GeoPackage",
+            remedy="Leave --area-layer out",
+            file=source,
+        )
     data = read_once(path, source).data
     try:
         given = parsed_json(data.decode("utf-8-sig"))
