@@ -8,9 +8,15 @@ import shapely
 
 from einschalt.foundations.errors import GeometryError, ProjectionError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.area.layout import require_one_model, require_rows
+from einschalt.pipeline.planning.area.layout import (
+    lay_out,
+    require_one_model,
+    require_rows,
+)
+from einschalt.pipeline.planning.estimate.possible_layouts import FEWEST_POINTS
 from einschalt.pipeline.planning.estimate.search import PlanFrame
 from einschalt.pipeline.planning.flights.arguments import flown_model
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 
 SQUARE = shapely.box(0.0, 0.0, 5000.0, 4000.0)
 
@@ -110,6 +116,21 @@ def test_what_a_narrow_area_is_advised_can_be_laid_out(width):
     require_rows(area, spacing)
     with pytest.raises(GeometryError):
         require_rows(area, 1.02 * spacing)
+
+
+@pytest.mark.parametrize("side", [20.0, 30.0, 60.0])
+def test_what_a_tiny_area_is_advised_has_points_enough(side):
+    """Of a lattice that is scattered fewer lie in a small area."""
+    area = FlightArea(shapely.box(0.0, 0.0, side, side))
+    with pytest.raises(GeometryError) as refused:
+        require_one_model(area, flown_model(PlanFrame()), 8000.0)
+    advised = re.search(
+        r"at most (\S+), with points at most (\S+) m", str(refused.value)
+    )
+    scale_number, spacing = map(float, advised.groups())
+    design = FlightDesign(scale_number=scale_number, spacing=spacing, m_g_um=5.0)
+    for seed in range(10):
+        assert len(lay_out(area, design, seed=seed).position) >= FEWEST_POINTS
 
 
 def test_several_parts_are_told_by_their_middle():

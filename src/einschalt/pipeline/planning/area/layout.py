@@ -44,6 +44,9 @@ REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
 LEAST_POINTS = 4
+SURELY_ENOUGH = 0.65
+"""Of an area, where a spacing is advised: points that are scattered about a lattice may
+be fewer in a small area than its size says."""
 SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
 
 
@@ -172,7 +175,7 @@ def require_one_model(area, model, scale_number):
     largest = largest_scale(width, size, model)
     if scale_number > largest:
         low = scale_number * np.array(usable_model(model))
-        apart = widest_spacing(width, size)
+        apart = widest_spacing(width, SURELY_ENOUGH * size)
         is_possible = (
             float(downwards(largest)) in BLOCK_RANGES["low_scale_number"]
             and float(downwards(apart)) in BLOCK_RANGES["point_spacing"]
