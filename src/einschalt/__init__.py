@@ -37,15 +37,25 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_api import read_points as read_points
     from einschalt.interfaces.python_api import simulate_block as simulate_block
     from einschalt.interfaces.python_api import simulate_plan as simulate_plan
+    from einschalt.interfaces.python_plans import AreaPlan as AreaPlan
+    from einschalt.interfaces.python_plans import CheckedPlan as CheckedPlan
+    from einschalt.interfaces.python_plans import ExpectedPrecision as ExpectedPrecision
+    from einschalt.interfaces.python_plans import PlanSearch as PlanSearch
     from einschalt.interfaces.python_plans import expect_precision as expect_precision
     from einschalt.interfaces.python_plans import find_plans as find_plans
     from einschalt.interfaces.python_plans import plan_area as plan_area
+    from einschalt.interfaces.python_plans import plan_target as plan_target
     from einschalt.pipeline.block.block import Flight as Flight
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
     )
+    from einschalt.pipeline.planning.area.flight_plan import FlightPlan as FlightPlan
     from einschalt.pipeline.planning.estimate.search import PlanChoices as PlanChoices
     from einschalt.pipeline.planning.estimate.search import PlanFrame as PlanFrame
+    from einschalt.pipeline.planning.flights.cameras import CameraPreset as CameraPreset
+    from einschalt.pipeline.planning.flights.cameras import (
+        camera_preset as camera_preset,
+    )
     from einschalt.pipeline.planning.flights.costs import PlanCosts as PlanCosts
     from einschalt.pipeline.planning.flights.flight_design import (
         FlightDesign as FlightDesign,
@@ -81,6 +91,7 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
 
 _PUBLICATION = "einschalt.interfaces.publication"
 _ORIENTATION = "einschalt.stages.relative_orientation"
+_PLANNING = "einschalt.pipeline.planning"
 # name -> module; imported on first use, so that planning and help start quickly
 _HOME = {
     "read_block": "einschalt.interfaces.python_api",
@@ -100,15 +111,23 @@ _HOME = {
     "adjust_block": "einschalt.pipeline.densification.simultaneous",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
-    "plan_precision": "einschalt.pipeline.planning.tables.precision_table",
-    "optimal_scale": "einschalt.pipeline.planning.tables.precision_table",
+    "plan_precision": f"{_PLANNING}.tables.precision_table",
+    "optimal_scale": f"{_PLANNING}.tables.precision_table",
+    "camera_preset": f"{_PLANNING}.flights.cameras",
+    "CameraPreset": f"{_PLANNING}.flights.cameras",
     "expect_precision": "einschalt.interfaces.python_plans",
-    "FlightDesign": "einschalt.pipeline.planning.flights.flight_design",
+    "ExpectedPrecision": "einschalt.interfaces.python_plans",
+    "FlightDesign": f"{_PLANNING}.flights.flight_design",
     "find_plans": "einschalt.interfaces.python_plans",
+    "PlanSearch": "einschalt.interfaces.python_plans",
+    "plan_target": "einschalt.interfaces.python_plans",
+    "CheckedPlan": "einschalt.interfaces.python_plans",
     "plan_area": "einschalt.interfaces.python_plans",
-    "PlanChoices": "einschalt.pipeline.planning.estimate.search",
-    "PlanFrame": "einschalt.pipeline.planning.estimate.search",
-    "PlanCosts": "einschalt.pipeline.planning.flights.costs",
+    "AreaPlan": "einschalt.interfaces.python_plans",
+    "FlightPlan": f"{_PLANNING}.area.flight_plan",
+    "PlanChoices": f"{_PLANNING}.estimate.search",
+    "PlanFrame": f"{_PLANNING}.estimate.search",
+    "PlanCosts": f"{_PLANNING}.flights.costs",
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",

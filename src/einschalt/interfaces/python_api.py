@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     import geopandas
 
     from einschalt.pipeline.planning.area.recommended import AreaPlan
+    from einschalt.pipeline.planning.choice.check import CheckedPlan
     from einschalt.pipeline.planning.estimate.search import PlanFrame
     from einschalt.pipeline.planning.flights.flight_design import FlightDesign
     from einschalt.pipeline.planning.propagation.expected_precision import (
@@ -569,7 +570,10 @@ def simulate_block(
 
 
 def simulate_plan(
-    plan: "FlightDesign | ExpectedPrecision | AreaPlan | pd.Series | str | os.PathLike",
+    plan: (
+        "FlightDesign | ExpectedPrecision | CheckedPlan | AreaPlan | pd.Series[Any] "
+        "| str | os.PathLike[str]"
+    ),
     *,
     frame: "PlanFrame | None" = None,
     seed: int = 0,
@@ -587,10 +591,10 @@ def simulate_plan(
 
     Parameters
     ----------
-    plan : FlightDesign, ExpectedPrecision, AreaPlan, Series, str or path
-        A design, what :func:`expect_precision` or :func:`plan_area` gives, a row of
-        ``plans`` of :func:`find_plans`, or the folder that ``einschalt plan --output``
-        wrote.
+    plan : FlightDesign, ExpectedPrecision, CheckedPlan, AreaPlan, Series, str or path
+        A design, what :func:`expect_precision`, :func:`plan_target` or
+        :func:`plan_area` gives, a row of ``plans`` of :func:`find_plans`, or the folder
+        that ``einschalt plan --output`` wrote.
     frame : PlanFrame, optional
         That of the search, with a row of it.
     seed : int

@@ -6,6 +6,7 @@ from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.argument_names import naming_arguments, with_arguments
 from einschalt.foundations.arguments import described
@@ -18,6 +19,7 @@ from einschalt.pipeline.block.block import plain_fields
 from einschalt.pipeline.planning.area import recommended
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.choice import check
+from einschalt.pipeline.planning.choice.rows import design_of_row, require_frame
 from einschalt.pipeline.planning.estimate import search
 from einschalt.pipeline.planning.estimate.search import PlanChoices, PlanFrame
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
@@ -69,7 +71,15 @@ class PlanSearch(search.PlanSearch):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckedPlan(check.CheckedPlan):
-    """The plan of an area held against its layout, in words of Python."""
+    """The cheapest plan that keeps its target on its own layout, or the nearest one."""
+
+    search: PlanSearch
+    next_best: "CheckedPlan | None" = None
+
+    @property
+    def expected(self) -> ExpectedPrecision:
+        """What is expected of the block that was laid out, with figures."""
+        return ExpectedPrecision(**plain_fields(super().expected))
 
     @property
     def dropped(self) -> tuple[str, ...]:
@@ -98,6 +108,9 @@ class CheckedPlan(check.CheckedPlan):
 class AreaPlan(recommended.AreaPlan):
     """A flight plan whose precision was propagated on its own layout."""
 
+    search: PlanSearch
+    checked: CheckedPlan
+
     def verdict(self) -> str:
         """Return the plan, the next best, and what it takes; arguments by name."""
         return with_arguments(super().verdict())
@@ -108,8 +121,9 @@ class AreaPlan(recommended.AreaPlan):
 
 
 def expect_precision(
-    design: FlightDesign,
+    design: "FlightDesign | pd.Series[Any]",
     *,
+    frame: PlanFrame | None = None,
     coverage_mean: Literal["all", "most_central"] = "all",
     weighting: Literal["auto", "plain", "weighted", "rigorous"] = "auto",
     seed: int = 0,
@@ -118,8 +132,11 @@ def expect_precision(
 
     Parameters
     ----------
-    design : FlightDesign
-        Both flights, the spacing of the points and the control.
+    design : FlightDesign or Series
+        Both flights, the spacing of the points and the control; or a row of ``plans``
+        of :func:`find_plans`.
+    frame : PlanFrame, optional
+        That of the search, with a row of it.
     coverage_mean : {"all", "most_central"}
         As in :class:`einschalt.Settings`.
     weighting : {"auto", "plain", "weighted", "rigorous"}
@@ -137,7 +154,7 @@ def expect_precision(
     Raises
     ------
     EinschaltError
-        Models would hold too few points.
+        Models would hold too few points, or it is no design and no row of a search.
 
     Examples
     --------
@@ -148,8 +165,29 @@ def expect_precision(
     """
     means = {"coverage_mean": coverage_mean, "weighting": weighting}
     with naming_arguments():
+        design = _design_of(design, frame)
         found = expected_precision.expect_precision(design, **means, seed=seed)
     return ExpectedPrecision(**plain_fields(found))
+
+
+def _design_of(design, frame):
+    """Take a design, or a row of a search with its frame."""
+    if isinstance(design, pd.Series):
+        if frame is None:
+            raise SettingsError(
+                "design is a row of a search, without the frame of the search",
+                expected="a FlightDesign, or a row of find_plans with its frame",
+                remedy="Write expect_precision(found.nearest, frame=frame)",
+            )
+        return design_of_row("design", design, frame, asked_by="expect_precision")
+    if frame is not None:
+        require_frame(frame)
+        raise SettingsError(
+            f"frame beside a design that is {described(design)}",
+            expected="a frame beside a row of find_plans only",
+            remedy="Leave frame out",
+        )
+    return design
 
 
 def find_plans(
@@ -162,9 +200,10 @@ def find_plans(
 ) -> PlanSearch:
     """Find the flights that reach a precision by estimate, the cheapest first.
 
-    Their figures are closed estimates that are not yet checked on a layout, which
-    :func:`expect_precision` and :func:`plan_area` do, as ``einschalt plan --target``
-    does: the cheapest plan may miss its target there.
+    Their figures are closed estimates that are not yet checked on a layout: the
+    cheapest plan may miss its target there. :func:`plan_target` finds and checks, as
+    ``einschalt plan --target`` does, :func:`plan_area` over an area;
+    :func:`expect_precision` takes a single row.
 
     Parameters
     ----------
@@ -203,6 +242,54 @@ def find_plans(
     with naming_arguments():
         found = search.find_plans(target, choices, frame, where=where, by=by)
     return PlanSearch(**plain_fields(found))
+
+
+def plan_target(
+    target: float,
+    choices: PlanChoices,
+    frame: PlanFrame | None = None,
+    *,
+    where: Literal["everywhere", "edge", "centre"] = "everywhere",
+    by: Literal["expected", "paper"] = "expected",
+    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]] = (),
+) -> CheckedPlan:
+    """Find the cheapest flights that reach a precision on their own layout.
+
+    As ``einschalt plan --target``: the plans of :func:`find_plans` that promise most
+    are laid out and propagated, until the cheapest that keeps the target is found.
+
+    Parameters
+    ----------
+    target, choices, frame, where, by
+        As of :func:`find_plans`.
+    refine : sequence of str, optional
+        Choices of which values between those given are tried as well, as of
+        :func:`plan_area`. The command does so with all that are not typed.
+
+    Returns
+    -------
+    CheckedPlan
+        ``plan`` (row of the search), ``is_kept``, ``reached`` [m], ``expected``,
+        ``next_best``, ``dropped``; ``search`` with all plans.
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible, or not one plan can be laid out.
+
+    Examples
+    --------
+    >>> choices = PlanChoices(
+    ...     scale_number=(6000, 8000), spacing=(300,), m_g_um=(5,), n_coverages=(2,)
+    ... )
+    >>> plan = plan_target(0.05, choices)
+    >>> plan.is_kept, bool(plan.expected.figures.mean <= 0.05)
+    (True, True)
+    """
+    with naming_arguments():
+        frame = PlanFrame() if frame is None else frame
+        found = search.find_plans(target, choices, frame, where=where, by=by)
+        return CheckedPlan.of(check.check_plans(found, frame, refine=refine))
 
 
 def plan_area(

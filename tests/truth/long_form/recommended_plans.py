@@ -20,8 +20,9 @@ from einschalt.pipeline.planning.area.recommended import (
     search_over,
 )
 from einschalt.pipeline.planning.area.tried_layouts import design_over
-from einschalt.pipeline.planning.choice.check import check_plans, design_of
+from einschalt.pipeline.planning.choice.check import check_plans
 from einschalt.pipeline.planning.choice.finer_choices import REFINED
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
     PlanFrame,

@@ -18,7 +18,7 @@ from einschalt.interfaces.local_page.pages import (
     worked,
 )
 from einschalt.interfaces.local_page.refusals import RefusedError
-from einschalt.pipeline.planning.choice.check import design_of
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
     PlanFrame,

@@ -7,8 +7,10 @@ are *along* and *across*: along its strips, and to the left of that.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.simulation.geometry import BlockGeometry
 
 FEWEST_IN_ROW = 3
 TOLERANCE = 1e-6  # metres on the ground: lattice and footprint are sums of decimals
@@ -100,32 +102,34 @@ class Raster:
     direction: float  # of the strips, from east to the left [rad]
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """Number of centres along and across."""
         return len(self.along), len(self.across)
 
-    def images(self):
+    def images(self) -> "Raster":
         """Raster of the images that make these models: one more along each strip."""
         along = np.append(self.along, self.along[-1] + self.base) - self.base / 2.0
         return Raster(along, self.across, self.base, self.direction)
 
-    def centres(self):
+    def centres(self) -> np.ndarray:
         """Easting, northing of all centres, strip by strip, shape (n_centres, 2)."""
         across, along = np.meshgrid(self.across[::-1], self.along, indexing="ij")
         return turn(np.column_stack([along.ravel(), across.ravel()]), self.direction)
 
-    def names(self):
-        """Strip / place in the strip, strips counted from the left of the flight."""
+    def names(self) -> np.ndarray:
+        """Strip / place in the strip, strips counted from the left, (n_centres,)."""
         n_along, n_across = self.shape
         strip = np.repeat(np.arange(1, n_across + 1), n_along).astype(str)
         place = np.tile(np.arange(1, n_along + 1), n_across).astype(str)
         return np.strings.add(np.strings.add(strip, "/"), place).astype(object)
 
-    def holding(self, position, half_size):
+    def holding(
+        self, position: np.ndarray, half_size: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Pair each point with every centre that lies near enough.
 
-        ``half_size`` is the reach of a centre along and across [m]. Gives centre and
-        point of each pair, sorted by centre.
+        ``position`` (n, 2) [m]; ``half_size`` is the reach of a centre along and across
+        [m]. Gives centre and point of each pair, (n_pairs,), sorted by centre.
         """
         in_flight = turn(position, -self.direction)
         first_along, n_along = _window(self.along, in_flight[:, 0], half_size[0])
@@ -191,31 +195,31 @@ class FlightLayout:
     altitudes: tuple[np.ndarray, ...] | None = None
 
     @property
-    def n_models(self):
+    def n_models(self) -> int:
         """Number of models of all coverages."""
         return len(self.coverage)
 
     @property
-    def coverage_id(self):
-        """Name of each model's coverage, text from "1"."""
+    def coverage_id(self) -> np.ndarray:
+        """Name of each model's coverage, text from "1", (n_models,)."""
         return (self.coverage + 1).astype(str).astype(object)
 
     @property
-    def model_id(self):
-        """Name of each model within its coverage, as "3/12"."""
+    def model_id(self) -> np.ndarray:
+        """Name of each model within its coverage, as "3/12", (n_models,)."""
         names = [raster.names() for raster in self.rasters]
         start = np.cumsum([0, *(len(part) for part in names)])
         return np.concatenate(names)[start[self.coverage] + self.place]
 
     @property
-    def image_places(self):
+    def image_places(self) -> np.ndarray:
         """Places of each model's two images in ``images()`` of its raster, (n, 2)."""
         n_along = np.array([raster.shape[0] for raster in self.rasters])[self.coverage]
         strip, along = np.divmod(self.place, n_along)
         left = strip * (n_along + 1) + along
         return np.column_stack([left, left + 1])
 
-    def camera_altitude(self, geometry):
+    def camera_altitude(self, geometry: BlockGeometry) -> np.ndarray:
         """Mean altitude of each model's two cameras, (n_models,) [m]."""
         if self.altitudes is None:
             usual = geometry.flying_height(self.scale_number)
@@ -225,13 +229,13 @@ class FlightLayout:
         return np.concatenate(self.altitudes)[places].mean(axis=1)
 
     @property
-    def direction(self):
-        """Direction of each model's strip, from east to the left [rad]."""
+    def direction(self) -> np.ndarray:
+        """Direction of each model's strip, from east to the left (n_models,) [rad]."""
         return np.array([raster.direction for raster in self.rasters])[self.coverage]
 
     @property
-    def base(self):
-        """Base of each model on the ground [m]."""
+    def base(self) -> np.ndarray:
+        """Base of each model on the ground (n_models,) [m]."""
         return np.array([raster.base for raster in self.rasters])[self.coverage]
 
 

@@ -10,6 +10,7 @@ See docs/theory/precision_planning.md.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from einschalt.theory.error_budget import total_error
 from einschalt.theory.planning.leverage import (
@@ -42,7 +43,7 @@ class PlannedModel:
     side_overlap: float = 0.30
 
     @property
-    def extent(self):
+    def extent(self) -> tuple[float, float]:
         """Extent on which points are counted, along and across the strip, image [m]."""
         along, across = self.image_format
         if self.edge == "kovarik":
@@ -50,13 +51,13 @@ class PlannedModel:
         return self.forward_overlap * along, across
 
     @property
-    def area(self):
+    def area(self) -> float:
         """Area on which points are counted, in the image [m²]."""
         along, across = self.extent
         return along * across
 
     @property
-    def edge_factor(self):
+    def edge_factor(self) -> float:
         """m_t at the edge over m_t in the middle for an even spread.
 
         NaN for the lattice, where it depends on the number of points.
@@ -64,16 +65,18 @@ class PlannedModel:
         if self.edge == "kovarik":
             return KOVARIK_FACTOR
         if self.edge == "mid_edge":
-            return np.sqrt(mid_edge_factor(self.kind, self.extent))
+            return float(np.sqrt(mid_edge_factor(self.kind, self.extent)))
         if self.edge == "corner":
-            return np.sqrt(corner_factor(self.kind))
+            return float(np.sqrt(corner_factor(self.kind)))
         return np.nan
 
-    def n_points(self, scale_number, spacing):
+    def n_points(
+        self, scale_number: ArrayLike, spacing: ArrayLike
+    ) -> float | np.ndarray:
         """Mean number of points in a model, not rounded; spacing in metres."""
         return self.area * np.square(np.divide(scale_number, spacing))
 
-    def leverage(self, scale_number, spacing) -> PlannedLeverage:
+    def leverage(self, scale_number: ArrayLike, spacing: ArrayLike) -> PlannedLeverage:
         """Leverage in the middle and at the edge."""
         if self.edge == "lattice":
             in_spacings = np.divide(scale_number, spacing)
@@ -87,17 +90,20 @@ class PlannedModel:
 
 @dataclass(frozen=True, eq=False)
 class PlannedPrecision:
-    """What is to be expected of a flight after Kovarik; metres, TOTAL."""
+    """What is to be expected of a flight after Kovarik; metres, TOTAL.
 
-    n_points: np.ndarray  # in a model
-    m_g_ground: np.ndarray  # measuring error on the ground
-    m_t_centre: np.ndarray  # from the transformation
-    m_t_edge: np.ndarray
-    M_centre: np.ndarray  # both together
-    M_edge: np.ndarray
+    One number of one flight, of many arrays as they were broadcast.
+    """
+
+    n_points: float | np.ndarray  # in a model
+    m_g_ground: float | np.ndarray  # measuring error on the ground
+    m_t_centre: float | np.ndarray  # from the transformation
+    m_t_edge: float | np.ndarray
+    M_centre: float | np.ndarray  # both together
+    M_edge: float | np.ndarray
     # mean of two values, one from the middle of a model, one from the edge of one of
     # the other coverage
-    M_double: np.ndarray
+    M_double: float | np.ndarray
 
 
 def planned_precision(scale_number, spacing, m_0, m_g, model) -> PlannedPrecision:

@@ -24,8 +24,8 @@ class PlannedLeverage:
     """Leverages in the middle of a model and at its edge."""
 
     # infinite where the transformation might not be determined at all
-    centre: np.ndarray
-    edge: np.ndarray
+    centre: float | np.ndarray
+    edge: float | np.ndarray
 
 
 def mid_edge_factor(kind, extent):

@@ -13,8 +13,8 @@ from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan
 from einschalt.pipeline.planning.area.layout import FLIGHTS, lay_out
-from einschalt.pipeline.planning.choice.check import design_of
 from einschalt.pipeline.planning.choice.finer_choices import REFINED
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
     PlanFrame,

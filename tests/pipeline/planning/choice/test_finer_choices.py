@@ -125,8 +125,8 @@ def test_plans_lie_between_about_the_next_best_too(search, monkeypatch):
     check_plans(search, frame, refine=list(REFINED))
     assert about[0] == check_plans(search, frame).plan.name
     about.clear()
-    first = check_plans(search, frame, count=counted)
-    checked = check_plans(search, frame, refine=list(REFINED), count=counted)
+    first = check_plans(search, frame, cost_on_layout=counted)
+    checked = check_plans(search, frame, refine=list(REFINED), cost_on_layout=counted)
     assert about[:2] == [first.plan.name, first.next_best.plan.name]
     names = ["scale_number", "high_scale_number", "n_settings", "m_g_um", "spacing"]
     names += ["n_coverages", "control_per_model"]

@@ -12,7 +12,7 @@ from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import flight_plan, require_overlap
 from einschalt.pipeline.planning.area.layout import lay_out
-from einschalt.pipeline.planning.choice.check import design_of
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.flights.cameras import CAMERAS
 from einschalt.pipeline.planning.ground.ground_heights import GroundHeights
 

@@ -11,11 +11,8 @@ import shapely
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.planning.area import recommended, tried_layouts
 from einschalt.pipeline.planning.area.flight_area import FlightArea
-from einschalt.pipeline.planning.choice.check import (
-    MOST_REFUSED,
-    check_plans,
-    design_of,
-)
+from einschalt.pipeline.planning.choice.check import MOST_REFUSED, check_plans
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT
 from einschalt.pipeline.planning.estimate.possible_layouts import (
     MOST_MODELS,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from einschalt.foundations import batches
-from einschalt.pipeline.planning.choice.check import check_plans, design_of
+from einschalt.pipeline.planning.choice.check import check_plans
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT, Trials
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,
@@ -42,7 +43,7 @@ def test_expectations_are_forgotten(found):
     likely, n_left = trials.likely(), trials.is_left.sum()
     plans = trials.next_ones(2)
     np.testing.assert_array_equal(trials.likely(), likely)
-    assert trials.kept == trials.missed == []
+    assert trials.kept_costs == trials.missed == []
     assert trials.errors.shown == []
     # other settings on their layouts may still be tried
     assert trials.is_left.sum() == n_left - 2
@@ -89,7 +90,9 @@ def test_no_more_are_tried_when_the_work_is_done_and_one_is_kept(found):
 
 def test_what_grows_from_layout_to_layout_is_expected_to_go_on(found):
     """Over a small area a high flight is the worse the smaller its scale is."""
-    trials = Trials(found.plans, found.target, 3, 2, count=lambda plan: plan["cost"])
+    trials = Trials(
+        found.plans, found.target, 3, 2, cost_on_layout=lambda plan: plan["cost"]
+    )
     ratio = found.plans["high_scale_number"]
     ratio = ratio / found.plans["scale_number"]
     same = found.plans["scale_number"] == 8100

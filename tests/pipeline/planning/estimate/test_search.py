@@ -11,11 +11,8 @@ import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.recommended import search_over
-from einschalt.pipeline.planning.choice.check import (
-    CheckedPlan,
-    check_plans,
-    design_of,
-)
+from einschalt.pipeline.planning.choice.check import CheckedPlan, check_plans
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT, Trials
 from einschalt.pipeline.planning.estimate.search import (
     PlanChoices,

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError
@@ -78,9 +79,10 @@ class FlightArea:
         return float(np.degrees(np.pi / 2 - self.direction) % 360.0)
 
     @property
-    def extent(self):
+    def extent(self) -> tuple[float, float]:
         """Length along the strips, and width across them [m]."""
-        return tuple(2.0 * self._frame[2])
+        length, width = (2.0 * self._frame[2]).tolist()
+        return length, width
 
     @property
     def square_km(self) -> float:
@@ -88,21 +90,21 @@ class FlightArea:
         return float(self.shape.area) / M2_PER_KM2
 
     @cached_property
-    def local_shape(self):
-        """The polygon in local axes."""
+    def local_shape(self) -> "shapely.Polygon | shapely.MultiPolygon":
+        """The polygon in local axes [m]."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
         return shapely.transform(self.shape, self.to_local)
 
     @property
-    def border(self):
+    def border(self) -> np.ndarray:
         """Easting, northing of its corners (n, 2) [m]."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
         return shapely.get_coordinates(self.shape)
 
-    def places(self, n):
-        """Easting, northing of about ``n`` places, evenly spread over it [m]."""
+    def places(self, n: float) -> np.ndarray:
+        """Easting, northing of about ``n`` places, evenly spread over it (…, 2) [m]."""
         length, width = self.extent
         step = np.sqrt(max(self.shape.area / n, length * width / MOST_PLACES))
         axes = [
@@ -113,18 +115,18 @@ class FlightArea:
         local = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         return self.to_ground(local[self.holds(local)])
 
-    def to_local(self, ground):
-        """Bring easting, northing (n, 2) into local axes [m]."""
+    def to_local(self, ground: ArrayLike) -> np.ndarray:
+        """Bring easting, northing (n, 2) into local axes (n, 2) [m]."""
         centre, direction, _ = self._frame
         return turn(np.asarray(ground, dtype=float) - centre, -direction)
 
-    def to_ground(self, local):
-        """Bring local positions (n, 2) to easting, northing [m]."""
+    def to_ground(self, local: ArrayLike) -> np.ndarray:
+        """Bring local positions (n, 2) to easting, northing (n, 2) [m]."""
         centre, direction, _ = self._frame
         return turn(np.asarray(local, dtype=float), direction) + centre
 
-    def holds(self, local):
-        """Tell which local positions (n, 2) lie in the area or on its border."""
+    def holds(self, local: ArrayLike) -> np.ndarray:
+        """Tell which local positions (n, 2) lie in the area or on its border, (n,)."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
         shapely.prepare(self.local_shape)
@@ -147,7 +149,7 @@ class FlightArea:
         message = mark("about latitude {latitude}°, longitude {longitude}°")
         return translated(message, latitude=latitude, longitude=longitude)
 
-    def describe(self):
+    def describe(self) -> str:
         """Say how large it is, where, and what it is made of."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 

@@ -1,12 +1,15 @@
 """Both flights over an area: which models are flown, and where control is wanted."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Protocol
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.batches import used_places
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number, scale
+from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.models_over_ground import shown
 from einschalt.pipeline.planning.estimate.possible_layouts import (
     FEWEST_POINTS,
@@ -16,7 +19,7 @@ from einschalt.pipeline.planning.estimate.possible_layouts import (
     models_over,
     widest_spacing,
 )
-from einschalt.pipeline.planning.flights.flight_design import usable_model
+from einschalt.pipeline.planning.flights.flight_design import FlightDesign, usable_model
 from einschalt.pipeline.planning.flights.points_in_models import downwards
 from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -50,29 +53,36 @@ be fewer in a small area than its size says."""
 SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
 
 
+class Ground(Protocol):
+    """Terrain that is not level."""
+
+    def height(self, position: np.ndarray) -> np.ndarray:
+        """Height at local positions (..., 2) [m], shape (...)."""
+
+
 @dataclass(frozen=True, eq=False)
 class AreaLayout:
     """A design laid out over an area; positions are local [m]."""
 
-    area: object  # FlightArea
-    design: object  # FlightDesign
+    area: FlightArea
+    design: FlightDesign
     geometry: BlockGeometry
     position: np.ndarray  # (n_points, 2)
     # by flight: all models that are flown, and the points that they hold
     flights: dict[str, FlightLayout]
     is_control: np.ndarray  # (n_points,)
-    # of a layout over ground that is not level, with ``height(position)``; None where
-    # models hold what they show of level ground
-    terrain: object = None
+    # of a layout over ground that is not level; None where models hold what they show
+    # of level ground
+    terrain: Ground | None = None
     # its table of all photographs, as FlightPlan has it; None where it is not made yet
-    photographs: object = None
+    photographs: pd.DataFrame | None = None
 
     @property
-    def control(self):
-        """Places of the control points among the points."""
+    def control(self) -> np.ndarray:
+        """Places of the control points among the points, (n_control,)."""
         return np.flatnonzero(self.is_control)
 
-    def oriented(self, flight) -> FlightLayout:
+    def oriented(self, flight: str) -> FlightLayout:
         """The models of a flight that hold enough points to be oriented."""
         layout = self.flights[flight]
         n_points = np.bincount(layout.model, minlength=layout.n_models)
@@ -84,7 +94,7 @@ class AreaLayout:
         return _only(layout, is_enough & (n_control >= LEAST_POINTS))
 
     @property
-    def n_left_out(self):
+    def n_left_out(self) -> int:
         """How many points no model holds that can be oriented."""
         n_flights = np.zeros(len(self.position), dtype=int)
         for flight in FLIGHTS:

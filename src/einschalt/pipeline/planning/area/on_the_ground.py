@@ -179,9 +179,9 @@ def _with_more(layout, flight, places, heights, follows):
     flown, geometry = layout.flights[flight], layout.geometry
     given = flown, geometry, places.position, places.ground
     seen = _seen(shown(*given, rises=RISES_MORE), flight, len(places.position))
-    rasters, kept, is_same = list(flown.rasters), [], True
+    rasters, places_flown, is_same = list(flown.rasters), [], True
     for k, raster in enumerate(flown.rasters):
-        kept.append(flown.place[flown.coverage == k])
+        places_flown.append(flown.place[flown.coverage == k])
         left = np.flatnonzero(places.wanted[flight, k] & ~seen[flight, k])
         if not len(left):
             continue
@@ -192,24 +192,24 @@ def _with_more(layout, flight, places, heights, follows):
         if rasters[k] is not raster:
             half = flown.scale_number * np.array(geometry.usable_model) / 2.0
             shape = layout.area.local_shape
-            kept[k] = models_worth_flying(shape, rasters[k].centres(), half)
+            places_flown[k] = models_worth_flying(shape, rasters[k].centres(), half)
         elif len(added):
-            kept[k] = np.sort(np.concatenate([kept[k], added]))
+            places_flown[k] = np.sort(np.concatenate([places_flown[k], added]))
         else:
             continue
         is_same = False
-    return flown if is_same else _of_places(flown, rasters, kept)
+    return flown if is_same else _of_places(flown, rasters, places_flown)
 
 
-def _of_places(flown, rasters, kept):
+def _of_places(flown, rasters, places_flown):
     """Models of a flight at places of its rasters, which hold nothing yet."""
-    coverage = np.repeat(np.arange(len(kept)), [len(k) for k in kept])
-    centre = [r.centres()[k] for r, k in zip(rasters, kept, strict=True)]
+    coverage = np.repeat(np.arange(len(places_flown)), [len(k) for k in places_flown])
+    centre = [r.centres()[k] for r, k in zip(rasters, places_flown, strict=True)]
     return replace(
         flown,
         rasters=tuple(rasters),
         coverage=coverage,
-        place=np.concatenate(kept),
+        place=np.concatenate(places_flown),
         centre=np.concatenate(centre),
         model=np.empty(0, dtype=int),
         point=np.empty(0, dtype=int),

@@ -43,7 +43,8 @@ from einschalt.pipeline.planning.area.tried_layouts import (
     laid_out,
     require_densified,
 )
-from einschalt.pipeline.planning.choice.check import CheckedPlan, check_plans, design_of
+from einschalt.pipeline.planning.choice.check import CheckedPlan, check_plans
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.estimate.possible_layouts import (
     MOST_MODELS,
     fits_in,
@@ -216,7 +217,7 @@ def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
         at_once=AT_ONCE,
         judge=over.judge,
         cost=over.cost,
-        count=over.layouts.cost,
+        cost_on_layout=over.layouts.cost,
         spent=over.spent,
         refine=refine,
         progress=progress,

@@ -6,15 +6,13 @@ as was planned. What is computed from such a block is comparable with what was e
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.arguments import described, finite_number, require_kind
-from einschalt.foundations.errors import SettingsError, name_some, raise_problems
+from einschalt.foundations.arguments import described, require_kind
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import in_english
-from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.layout import (
     FLIGHTS,
@@ -33,12 +31,12 @@ from einschalt.pipeline.planning.area.tried_layouts import (
     design_over,
     laid_out,
 )
-from einschalt.pipeline.planning.choice.check import CheckedPlan, design_of
-from einschalt.pipeline.planning.choice.trials import LAYOUT
-from einschalt.pipeline.planning.estimate.search import (
-    ALLOWED_CHOICES,
-    OF_MEASURING,
-    PlanFrame,
+from einschalt.pipeline.planning.choice.check import CheckedPlan
+from einschalt.pipeline.planning.choice.rows import (
+    design_of,
+    design_of_row,
+    require_frame,
+    require_row,
 )
 from einschalt.pipeline.planning.flights.cameras import CAMERAS
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
@@ -59,10 +57,7 @@ from einschalt.pipeline.simulation.simulate_block import (
 LAYOUT_SEED = 0  # of the points: that with which plans are propagated
 MOST_RELIEF = 0.025  # standard deviation, of the flying height, where none is known
 AS_LONG = 1e-6  # of a length: cameras differ by more
-COUNTED = {
-    **{name: ALLOWED_CHOICES[name] for name in ("n_settings", "n_coverages")},
-    "control_per_model": Range(5, 9, is_whole=True),
-}
+ASKED = {"asked_by": "simulate_plan"}
 CHANGES = ("measurement", "transformation", "n_check")
 """What may be measured otherwise than planned: fields of BlockGeometry."""
 
@@ -245,13 +240,12 @@ def planned_block(plan, frame=None, *, name="") -> PlannedBlock:
     if isinstance(plan, ExpectedPrecision):
         return PlannedBlock(plan.design, plan.figures.mean, name=name)
     if isinstance(plan, pd.Series) and frame is not None:
-        _check_row(plan)
-        plan = design_of(plan, frame)
+        plan = design_of_row("plan", plan, frame, **ASKED)
     if not isinstance(plan, FlightDesign):
         raise SettingsError(
             f"plan is {described(plan)}",
-            expected="a FlightDesign, what expect_precision or plan_area gives, the "
-            "folder of a plan, or a row of find_plans with its frame",
+            expected="a FlightDesign, what expect_precision, plan_target or plan_area "
+            "gives, the folder of a plan, or a row of find_plans with its frame",
             remedy="Write simulate_plan(found.nearest, frame=frame)"
             if isinstance(plan, pd.Series)
             else "",
@@ -271,8 +265,7 @@ def _require_whole(checked):
 
 def _check_frame(plan, frame):
     """See that a frame is one, and stands beside a row, which needs it."""
-    remedy = "Write frame=PlanFrame(…), that of the search"
-    require_kind("frame", frame, PlanFrame, expected="a PlanFrame", remedy=remedy)
+    require_frame(frame)
     whole = AreaPlan, CheckedPlan, ExpectedPrecision, FlightDesign, PlannedBlock
     if isinstance(plan, whole):
         raise SettingsError(
@@ -282,26 +275,13 @@ def _check_frame(plan, frame):
         )
 
 
-def _check_row(row):
-    """See that what is given as a row of a search has its numbers."""
-    missing = [name for name in (*LAYOUT, *OF_MEASURING) if name not in row.index]
-    if missing:
-        raise SettingsError(
-            f"plan is a row without {name_some(missing)}",
-            expected="a row of find_plans(…).plans",
-            remedy="Write simulate_plan(found.nearest, frame=frame)",
-        )
-    given = {n: finite_number(n, row[n]) for n in (*LAYOUT, *OF_MEASURING)}
-    raise_problems(problems_in(SimpleNamespace(**given), COUNTED))
-
-
 @in_english
 def another_row(planned, row, frame) -> PlannedBlock:
     """Take another row of the search that a plan is from, propagated as it would be."""
     area = planned.area
     if area is None:
         return planned_block(row, frame)
-    _check_row(row)
+    require_row("plan", row, **ASKED)
     ground = OverGround(planned.heights, planned.max_height, planned.follows)
     found = laid_out(area, row, frame, ground)
     design = found.layout.design  # whose layout, thinned or not, has the control

@@ -17,7 +17,7 @@ from einschalt.pipeline.planning.area.layout import (
     require_size,
 )
 from einschalt.pipeline.planning.area.on_the_ground import over_ground
-from einschalt.pipeline.planning.choice.check import design_of
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.choice.trials import LAYOUT
 from einschalt.pipeline.planning.flights.costs import cost_of
 from einschalt.pipeline.planning.flights.flight_design import MOST_WORK, FlightDesign

@@ -22,6 +22,7 @@ from einschalt.pipeline.planning.choice.finer_choices import (
     plans_between,
     searched_with,
 )
+from einschalt.pipeline.planning.choice.rows import design_of
 from einschalt.pipeline.planning.choice.trials import Trials
 from einschalt.pipeline.planning.estimate.search import PlanSearch
 from einschalt.pipeline.planning.estimate.text import (
@@ -32,17 +33,13 @@ from einschalt.pipeline.planning.estimate.text import (
     missed_in_cm,
 )
 from einschalt.pipeline.planning.flights.cameras import describe_heights
-from einschalt.pipeline.planning.flights.flight_design import (
-    FlightDesign,
-    require_overlaps,
-)
+from einschalt.pipeline.planning.flights.flight_design import require_overlaps
 from einschalt.pipeline.planning.propagation.expected_precision import (
     ExpectedPrecision,
     PropagatedBlock,
     propagate_design,
 )
 from einschalt.stages.results import Result
-from einschalt.theory.measuring_error import m_g_of_mean
 
 # layouts that are propagated, and those that may miss before the closed estimate is
 # corrected by the worst of them: one that is bad says little of the next
@@ -86,7 +83,7 @@ class CheckedPlan(Result):
         return self.propagated.expected
 
     @property
-    def is_kept(self):
+    def is_kept(self) -> bool:
         """Whether the target is reached on the layout too."""
         return bool(self.reached <= self.target)
 
@@ -100,7 +97,7 @@ class CheckedPlan(Result):
         refused = (f"{describe_plan(plan)}: {told(why)}" for plan, why in self.refused)
         return (*missed, *refused)
 
-    def verdict(self):
+    def verdict(self) -> str:
         """Return which plan holds, the next best, and what does not hold."""
         lines = [wrapped(self.outcome(), indent="  ")]
         lines.append(f"  {describe_heights(self.plan)}")
@@ -164,7 +161,7 @@ class CheckedPlan(Result):
             target=_in_cm(self.target),
         )
 
-    def summary(self):
+    def summary(self) -> str:
         """Return which plan holds, and its expected precision."""
         return f"{self.verdict()}\n\n{self.expected.summary()}"
 
@@ -180,7 +177,7 @@ def check_plans(
     at_once=1,
     judge=None,
     cost=None,
-    count=None,
+    cost_on_layout=None,
     spent=None,
     refine=(),
     progress=None,
@@ -201,15 +198,15 @@ def check_plans(
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
     of a square layout, in a thread where several are beside each other; ``cost(plan)``
-    what it costs as it was laid out, by default the cost of the row; ``count(plan)``
-    what it would cost as it is laid out, for each km², where rows have but an estimate:
-    asked of plans that may be the cheapest, before one is propagated; None where
-    counting has taken enough. ``spent()`` gives the part of the work that was allowed
-    for which layouts were propagated: once one keeps the target, and no work is left,
-    no more are tried. ``refine`` names choices of which values between those of the
-    search are tried as well, about the cheapest that is kept, about the next where
-    costs are counted, and about near misses of another kind: those of
-    ``finer_choices``. ``progress(title, fraction)`` is told.
+    what it costs as it was laid out, by default the cost of the row;
+    ``cost_on_layout(plan)`` what it would cost as it is laid out, for each km², where
+    rows have but an estimate: asked of plans that may be the cheapest, before one is
+    propagated; None where counting has taken enough. ``spent()`` gives the part of the
+    work that was allowed for which layouts were propagated: once one keeps the target,
+    and no work is left, no more are tried. ``refine`` names choices of which values
+    between those of the search are tried as well, about the cheapest that is kept,
+    about the next where costs are counted, and about near misses of another kind:
+    those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
     refine = [refine] if isinstance(refine, str) else list(refine)
     for name in refine:
@@ -218,7 +215,7 @@ def check_plans(
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     cost = cost or (lambda plan: plan["cost"])
     plans = _with_several_coverages(search)
-    trials = Trials(plans, search.target, patience, enough, count)
+    trials = Trials(plans, search.target, patience, enough, cost_on_layout)
     # what progress counts
     all_tried = most + (MOST_BETWEEN if refine else 0)
     # BLAS before the threads, each of which asks for the same
@@ -227,8 +224,8 @@ def check_plans(
         tries.go(trials, most, all_tried, work=FOR_GIVEN_VALUES if refine else 1.0)
         best = tries.best()
         if refine and best.is_kept:
-            kept = [best, best.next_best][: 1 if count is None else 2]
-            more = _between(tries, best, kept, frame, refine)
+            cheapest = [best, best.next_best][: 1 if cost_on_layout is None else 2]
+            more = _between(tries, cheapest, frame, refine)
             tries.search = search = searched_with(search, more)
             trials = trials.extended(pd.concat([plans, more]))
             tries.go(trials, len(tries.tried) + MOST_BETWEEN, all_tried)
@@ -237,15 +234,17 @@ def check_plans(
     return replace(best, search=search, finer=finer)
 
 
-def _between(tries, best, kept, frame, refine):
+def _between(tries, cheapest, frame, refine):
     """Plans between those of a search, about the best ones and what came near to them.
 
-    ``kept``: the best, and the next best where costs are counted, which may gain more;
-    estimates tell less of it, and it would take trials from the best. With another
-    number of coverages, or of control points in a model, none may have been kept, and
-    one between may be: about the one of each that misses the target by the least.
+    ``cheapest``: the best, and the next best where costs are counted, which may gain
+    more; estimates tell less of it, and it would take trials from the best. With
+    another number of coverages, or of control points in a model, none may have been
+    kept, and one between may be: about the one of each that misses the target by the
+    least.
     """
-    about = [*(one.plan for one in kept if one), *tries.nearest_of_others(best.plan)]
+    about = [one.plan for one in cheapest if one is not None]
+    about += tries.nearest_of_others(cheapest[0].plan)
     found = tries.search.plans.iloc[:0]
     for plan in about:
         more = plans_between(tries.search, plan, frame, refine)
@@ -276,7 +275,7 @@ class _Tries:
         Or until one is kept, and a part of the ``work`` that is allowed is done.
         """
         while len(self.tried) < most and len(self.refused) < MOST_REFUSED:
-            if trials.kept and self.spent is not None and self.spent() >= work:
+            if trials.kept_costs and self.spent is not None and self.spent() >= work:
                 break
             plans = trials.next_ones(min(self.at_once, most - len(self.tried)))
             if not plans:
@@ -339,19 +338,19 @@ class _Tries:
 
     def best(self):
         """Put the cheapest that is kept, the next and the dropped ones together."""
-        kept = sorted(
+        by_cost = sorted(
             (t for t in self.tried if t[0].is_kept), key=lambda found: found[1]
         )
-        kept = [found for found, _ in kept]
+        cheapest = [found for found, _ in by_cost]
         dropped = dict(self.dropped)
-        best = kept[0] if kept else self._nearest(dropped)
+        best = cheapest[0] if cheapest else self._nearest(dropped)
         dropped.pop(best.plan.name, None)
         refused, missed = [], []
         for plan, why in dropped.values():
             to = refused if isinstance(why, EinschaltError) else missed
             to.append((plan, why))
         why_not = {"missed": tuple(missed), "refused": tuple(refused)}
-        return replace(best, **why_not, next_best=_other_than(best, kept[1:]))
+        return replace(best, **why_not, next_best=_other_than(best, cheapest[1:]))
 
     def _nearest(self, dropped):
         """Give the most precise of those that miss, if what it takes can be told."""
@@ -413,26 +412,6 @@ def _with_several_coverages(search):
     """Give plans that see gross errors, if there are any."""
     several = search.plans[search.plans["n_coverages"] > 1]
     return several if len(several) else search.plans
-
-
-def design_of(plan, frame) -> FlightDesign:
-    """Put a plan of a search down as a design of two flights."""
-    m_g_um = float(m_g_of_mean(plan["m_g_um"], plan["n_settings"]))
-    return FlightDesign(
-        scale_number=float(plan["scale_number"]),
-        spacing=float(plan["spacing"]),
-        m_g_um=m_g_um,
-        kind=frame.kind,
-        image_format=frame.image_format,
-        principal_distance=frame.principal_distance,
-        forward_overlap=frame.forward_overlap,
-        side_overlap=frame.side_overlap,
-        n_coverages=int(plan["n_coverages"]),
-        high_scale_number=float(plan["high_scale_number"]),
-        high_m_g_um=frame.high_over_low_m_g * m_g_um,
-        control_standard_error=frame.control_standard_error,
-        control_per_model=int(plan["control_per_model"]),
-    )
 
 
 def _dearer(ratio):

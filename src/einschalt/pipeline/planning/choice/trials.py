@@ -54,7 +54,8 @@ class Trials:
     target: float
     patience: int  # misses before all plans are taken to be as bad
     enough: int  # plans that are kept
-    count: Callable | None = None  # cost of a plan that is laid out, None for no more
+    # of a plan as it is laid out, for each km²; gives None where no more are counted
+    cost_on_layout: Callable | None = None
 
     def __post_init__(self):
         n_plans = len(self.plans)
@@ -71,24 +72,29 @@ class Trials:
         self.counted = np.full(n_plans, np.nan)  # costs
         self.is_asked = np.zeros(n_plans, dtype=bool)  # whether it was to be counted
         # costs are counted over areas only
-        sizes = (OF_ERRORS, OF_COSTS) if self.count is None else OVER_AREAS
+        sizes = (OF_ERRORS, OF_COSTS) if self.cost_on_layout is None else OVER_AREAS
         self.errors, self.costs = (_Shown(self.steps, size) for size in sizes)
-        self.kept, self.missed = [], []  # costs; reached over the closed estimate
-        self.least_gain = LEAST_GAIN if self.count is None else LEAST_COUNTED_GAIN
+        # costs; of the plans that miss: reached over the closed estimate
+        self.kept_costs, self.missed = [], []
+        self.least_gain = (
+            LEAST_GAIN if self.cost_on_layout is None else LEAST_COUNTED_GAIN
+        )
 
     def extended(self, plans):
         """Give trials of more plans, of which these are the first.
 
         What the tried ones have shown is known of all.
         """
-        longer = Trials(plans, self.target, self.patience, self.enough, self.count)
+        longer = Trials(
+            plans, self.target, self.patience, self.enough, self.cost_on_layout
+        )
         n = len(self.plans)
         for name in ("is_left", "of_layout", "counted", "is_asked"):
             getattr(longer, name)[:n] = getattr(self, name)
         longer.errors, longer.costs = (
             shown.for_plans(longer.steps) for shown in (self.errors, self.costs)
         )
-        longer.kept, longer.missed = [*self.kept], [*self.missed]
+        longer.kept_costs, longer.missed = [*self.kept_costs], [*self.missed]
         longer.least_gain = self.least_gain
         return longer
 
@@ -101,9 +107,9 @@ class Trials:
         while self.is_left.any():
             likely, costs = self.likely(), self.likely_costs()
             is_good = self.is_left & (likely <= self.target)
-            if is_good.any() and len(self.kept) < self.enough:
+            if is_good.any() and len(self.kept_costs) < self.enough:
                 place = _first(is_good, costs, likely)
-            elif self.kept:
+            elif self.kept_costs:
                 gain = self._gain(likely, costs)
                 place = int(np.argmax(gain))
                 if gain[place] < self.least_gain:
@@ -112,7 +118,7 @@ class Trials:
                 return None
             else:
                 return self._taken(_first(self.is_left, likely, costs))
-            if self.count is None or self.is_asked[place]:
+            if self.cost_on_layout is None or self.is_asked[place]:
                 return self._taken(place)
             self._count(place)
         return None
@@ -134,10 +140,15 @@ class Trials:
 
     def _before(self):
         """What expectations change."""
-        return self.is_left.copy(), self.errors.copy(), [*self.kept], [*self.missed]
+        return (
+            self.is_left.copy(),
+            self.errors.copy(),
+            [*self.kept_costs],
+            [*self.missed],
+        )
 
     def _put_back(self, before, taken):
-        self.is_left, self.errors, self.kept, self.missed = before
+        self.is_left, self.errors, self.kept_costs, self.missed = before
         self.is_left[self.plans.index.get_indexer([plan.name for plan in taken])] = (
             False
         )
@@ -151,7 +162,7 @@ class Trials:
             ratio = likely[place] / self.closed[place]
             self.errors.learn(place, ratio)
         if likely[place] <= self.target:
-            self.kept.append(self.likely_costs()[place])
+            self.kept_costs.append(self.likely_costs()[place])
         else:
             self.missed.append(ratio)
 
@@ -159,11 +170,11 @@ class Trials:
         """Count what a plan costs, which may no longer be the cheapest then."""
         self.is_asked[place] = True
         try:
-            cost = self.count(self.plans.iloc[place])
+            cost = self.cost_on_layout(self.plans.iloc[place])
         except EinschaltError:
             return  # it is tried as it is, and refused with this reason
         if cost is None:
-            self.count = None
+            self.cost_on_layout = None
         else:
             self._take_cost(place, cost)
 
@@ -175,7 +186,7 @@ class Trials:
     def likely_costs(self):
         """Cost of each plan, as far as is known; what may be counted may be less."""
         likely = self.estimate * self.costs.ratios
-        if self.count is not None:
+        if self.cost_on_layout is not None:
             far = np.exp(-FAR_IN_COST * self.costs.spreads)
             likely = np.where(self.is_asked, likely, likely * far)
         return np.where(np.isfinite(self.counted), self.counted, likely)
@@ -192,7 +203,7 @@ class Trials:
         is_known = np.isfinite(self.of_layout)
         spread = np.where(is_known, SAME_LAYOUT, self.errors.spreads)
         chance = ndtr((np.log(self.target) - np.log(likely)) / spread)
-        first, *others = sorted(self.kept)
+        first, *others = sorted(self.kept_costs)
         saved = np.maximum(first - costs, 0.0)
         if others:
             saved += np.maximum(others[0] - np.maximum(costs, first), 0.0)
@@ -202,7 +213,7 @@ class Trials:
     def likely(self):
         """Error that each plan will have, as far as is known [m]."""
         likely = self.closed * self.errors.ratios
-        if len(self.missed) > self.patience and not self.kept:
+        if len(self.missed) > self.patience and not self.kept_costs:
             likely = np.maximum(likely, self.closed * max(self.missed))
         return np.where(np.isfinite(self.of_layout), self.of_layout, likely)
 
@@ -237,7 +248,7 @@ class Trials:
         if cost is not None:
             self._take_cost(place, cost)
         if checked.is_kept:
-            self.kept.append(self.likely_costs()[place])
+            self.kept_costs.append(self.likely_costs()[place])
         else:
             self.missed.append(ratio)
 

@@ -45,7 +45,11 @@ from einschalt.pipeline.planning.flights.arguments import (
     require_reasonable_size,
     take_single_numbers,
 )
-from einschalt.pipeline.planning.flights.cameras import flown_columns
+from einschalt.pipeline.planning.flights.cameras import (
+    CameraPreset,
+    camera_preset,
+    flown_columns,
+)
 from einschalt.pipeline.planning.flights.costs import PlanCosts, require_costs
 from einschalt.pipeline.planning.flights.points_in_models import (
     model_fill,
@@ -68,6 +72,11 @@ from einschalt.theory.planning.kovarik_precision import (
 if TYPE_CHECKING:
     import pandas as pd
 
+# fields that a preset of a camera has
+OF_CAMERA = (
+    *("image_format", "principal_distance", "forward_overlap", "side_overlap"),
+    *("max_height", "sampled_um"),
+)
 EXPECTED = ("centre", "edge", "corner", "mean")  # of ExpectedParts
 OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layout
 
@@ -180,6 +189,36 @@ class PlanFrame:
             if getattr(self, name) is not None
         }
         raise_problems(problems_in(self, ALLOWED_IN_FRAME | given))
+
+    @classmethod
+    def of_camera(cls, camera: str | CameraPreset, **given: Any) -> "PlanFrame":
+        """Take a camera and how it is usually flown, as the command does.
+
+        Parameters
+        ----------
+        camera : str or CameraPreset
+            Its name, as :func:`einschalt.camera_preset` has it, or the preset.
+        **given
+            Further fields, and those that go before the preset's: image_format,
+            principal_distance, forward_overlap, side_overlap, max_height, sampled_um.
+
+        Returns
+        -------
+        PlanFrame
+
+        Raises
+        ------
+        EinschaltError
+            There is no such camera, or a value is not sensible.
+
+        Examples
+        --------
+        >>> PlanFrame.of_camera("uav_one_inch", kind="rigid").max_height
+        120.0
+        """
+        if not isinstance(camera, CameraPreset):
+            camera = camera_preset(camera)
+        return cls(**{name: getattr(camera, name) for name in OF_CAMERA} | given)
 
 
 @in_english

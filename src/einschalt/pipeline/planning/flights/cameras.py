@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.arguments import require_choice
+from einschalt.foundations.language import figure, in_english, mark, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
 
@@ -136,6 +137,34 @@ CAMERAS = {
     ),
 }
 """By the name that the command line takes. Sizes after the makers' data sheets."""
+
+
+@in_english
+def camera_preset(name: str) -> CameraPreset:
+    """Look up a camera with its usual flights, as ``einschalt plan --camera`` has it.
+
+    Parameters
+    ----------
+    name : str
+        film_wide, film_normal, film_super_wide, ultracam_eagle, dmc_3, ultracam_xp,
+        dmc_ii_250, uav_full_frame, uav_one_inch or uav_four_thirds.
+
+    Returns
+    -------
+    CameraPreset
+
+    Raises
+    ------
+    SettingsError
+        There is no such camera.
+
+    Examples
+    --------
+    >>> camera_preset("uav_one_inch").max_height
+    120.0
+    """
+    require_choice("camera", name, tuple(CAMERAS))
+    return CAMERAS[name]
 
 
 def flown_columns(columns, principal_distance, sampled_um) -> dict:

@@ -3,8 +3,10 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import GeometryError
@@ -17,6 +19,9 @@ from einschalt.pipeline.planning.ground.height_lattice import (
     spans_a_surface,
 )
 
+if TYPE_CHECKING:
+    import shapely
+
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
 # as far beside an area heights are kept: of its extent, and at least [m]; photographs
@@ -28,6 +33,26 @@ FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heig
 PLACES_IN_AREA = 4000  # at which heights are wanted
 PLACES_ON_BORDER = 2000
 FAR_ABOVE_ZERO = 30.0  # metres: where the land comes down to the sea, some lie between
+
+
+class CoveredArea(Protocol):
+    """The area of which heights are wanted: a FlightArea."""
+
+    shape: "shapely.Polygon | shapely.MultiPolygon"
+    crs: str | None
+
+    @property
+    def border(self) -> np.ndarray:
+        """Easting, northing of its corners (n, 2) [m]."""
+
+    def places(self, n: float) -> np.ndarray:
+        """Easting, northing of about ``n`` places over it (…, 2) [m]."""
+
+    def to_local(self, ground: ArrayLike) -> np.ndarray:
+        """Bring easting, northing (n, 2) into its axes (n, 2) [m]."""
+
+    def holds(self, local: ArrayLike) -> np.ndarray:
+        """Tell which local positions (n, 2) lie in it, (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +75,7 @@ class GroundHeights:
     # of these [m]; they may stand for missing ones
     zeros: tuple[int, float] | None = None
 
-    def over(self, area) -> "GroundHeights":
+    def over(self, area: CoveredArea) -> "GroundHeights":
         """Return what lies in an area, and beside it what lies near.
 
         GeometryError where no height lies in it, cells have none, or a height is none
@@ -94,7 +119,7 @@ class GroundHeights:
         found = replace(held, beside=beside, zeros=zeros)
         return found.with_border(area)
 
-    def at_most(self, n) -> "GroundHeights":
+    def at_most(self, n: float) -> "GroundHeights":
         """Return the same, in cells where there are more than so many heights."""
         if len(self.plane) <= n:
             return self
@@ -102,7 +127,7 @@ class GroundHeights:
         # where they lie in one line, cells are pieces of it
         return self.in_cells(max(float(np.sqrt(sides.prod() / n)), sides.max() / n))
 
-    def with_border(self, area) -> "GroundHeights":
+    def with_border(self, area: CoveredArea) -> "GroundHeights":
         """Return the same, which knows what lies on the border of an area."""
         import shapely  # noqa: PLC0415 - loaded when an area is planned
 
@@ -113,7 +138,7 @@ class GroundHeights:
         at_border = float(below.min()), float(below.max())
         return replace(self, at_border=at_border, together=together)
 
-    def in_cells(self, side) -> "GroundHeights":
+    def in_cells(self, side: float) -> "GroundHeights":
         """Return one place for each square of a lattice, ``side`` [m] wide.
 
         It has the mean of its places and heights, and remembers their extremes: peaks
@@ -172,7 +197,7 @@ class GroundHeights:
                 "leave its line out",
             )
 
-    def said_of_zeros(self):
+    def said_of_zeros(self) -> str:
         """Say that some are exactly 0, far below all others; "" where none is."""
         if self.zeros is None:
             return ""
@@ -215,7 +240,7 @@ class GroundHeights:
         away = KDTree(places).query(places[::step], k=5)[0]
         return np.median(away[:, 1:], axis=0)
 
-    def require_cover(self, area):
+    def require_cover(self, area: CoveredArea) -> None:
         """Refuse heights that leave the border of an area, or a place in it, bare.
 
         In the area scattered heights may be as far apart as their number lets expect.
@@ -237,18 +262,23 @@ class GroundHeights:
                 remedy="Export the heights of the whole area",
             )
 
-    def mean_around(self, ground, reach):
-        """Mean height within a reach [m] of places (n, 2); the nearest where none."""
+    def mean_around(self, ground: ArrayLike, reach: float) -> np.ndarray:
+        """Mean height within a reach [m] of places (n, 2), (n,) [m].
+
+        The nearest where none lies so near.
+        """
         heights = self._coarse_for(reach)
         return heights._around(ground, reach, heights.height, _means)
 
-    def highest_around(self, ground, reach):
-        """Highest height within a reach [m] of places (n, 2)."""
+    def highest_around(self, ground: ArrayLike, reach: float) -> np.ndarray:
+        """Highest height within a reach [m] of places (n, 2), (n,) [m]."""
         heights = self._coarse_for(reach)
         return heights._around(ground, reach, heights._extremes[:, 1], _maxima)
 
-    def straight_below(self, ground):
-        """Height at places (n, 2), interpolated linearly; the nearest where none lie.
+    def straight_below(self, ground: ArrayLike) -> np.ndarray:
+        """Height at places (n, 2), interpolated linearly, (n,) [m].
+
+        The nearest where none lie.
 
         Of cells the lowest: that is from where a height above ground is measured. Here
         heights beside an area count as well.
@@ -271,14 +301,14 @@ class GroundHeights:
         )
         return GroundHeights(plane, height, self.source, extremes)
 
-    def at(self, ground):
-        """Height at places (n, 2), as :meth:`straight_below`, but of cells the mean."""
+    def at(self, ground: ArrayLike) -> np.ndarray:
+        """Height at places (n, 2) [m], as :meth:`straight_below`, of cells the mean."""
         means = self._anywhere
         if means.extremes is not None:
             means = replace(means, extremes=None)
         return means.lowest_at(np.asarray(ground, dtype=float))
 
-    def lowest_at(self, ground):
+    def lowest_at(self, ground: np.ndarray) -> np.ndarray:
         """Height at places (n, 2) by these heights alone, of cells the lowest [m]."""
         if self._surface is None:
             height = np.full(len(ground), np.nan)
@@ -328,7 +358,7 @@ class GroundHeights:
         return found
 
     @property
-    def range(self):
+    def range(self) -> tuple[float, float]:
         """Lowest and highest, at the border of an area as well [m]."""
         lowest, highest = self._extremes[:, 0].min(), self._extremes[:, 1].max()
         at_border = self.at_border or (np.inf, -np.inf)

@@ -149,7 +149,7 @@ class PropagatedBlock:
     # what control and both flights contribute, root mean square, TOTAL [m]
     parts: dict[str, float]
     # gives points and values of ExpectedPrecision, and the m_0 of the low flight
-    details: Callable[[], tuple]
+    details: Callable[[], tuple[pd.DataFrame, pd.DataFrame, float]]
 
     @property
     def mean(self) -> float:
