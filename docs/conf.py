@@ -42,7 +42,6 @@ extensions = [
     "sphinx_copybutton",
     "link_texts",  # titles of pages, where sources name their files
     "mathml",  # formulas without scripts
-    "plan_fields",  # of the classes of plans
     "generated_reference",  # commands, settings and findings from the program itself
 ]
 exclude_patterns = [

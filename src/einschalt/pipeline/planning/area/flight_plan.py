@@ -28,21 +28,29 @@ class GroundTooHighError(GeometryError):
 
 @dataclass(frozen=True, eq=False)
 class FlightPlan:
-    """What is flown and measured; easting, northing in the system of the area."""
+    """What is flown and measured; easting, northing in the system of the area.
 
-    # line_id, flight, coverage, n_photographs, length, azimuth [degrees],
-    # start_easting, start_northing, end_easting, end_northing, flying_height (mean,
-    # above ground), gsd, ground (mean height below) and altitude (of the camera in the
-    # height system; NaN without heights) [m]
+    Attributes
+    ----------
+    flight_lines : DataFrame
+        line_id, flight, coverage, n_photographs, length [m], azimuth [degrees],
+        start_easting, start_northing, end_easting, end_northing [m]; flying_height
+        (mean, above ground), gsd, ground (mean height below) and altitude (of the
+        camera in the height system; NaN without heights) [m].
+    photographs : DataFrame
+        photo_id, line_id, flight, coverage, easting, northing [m], azimuth [degrees];
+        flying_height (altitude less ground), ground, altitude, height_above_nadir
+        (above what lies straight below; NaN without heights) [m].
+    control : DataFrame
+        point_id, easting, northing, height (NaN without heights) [m], n_models (of the
+        high flight), standard_error_m (TOTAL, that is asked of it) [m].
+    effort : DataFrame
+        item, amount, price, cost, in the currency of the prices.
+    """
+
     flight_lines: pd.DataFrame
-    # photo_id, line_id, flight, coverage, easting, northing, azimuth [degrees],
-    # flying_height (altitude less ground), ground, altitude, height_above_nadir (above
-    # what lies straight below; NaN without heights) [m]
     photographs: pd.DataFrame
-    # point_id, easting, northing, height (NaN without heights), n_models (of the high
-    # flight), standard_error_m (TOTAL, that is asked of it)
     control: pd.DataFrame
-    # item, amount, price, cost
     effort: pd.DataFrame
 
     @property

@@ -90,19 +90,45 @@ ITEM_TEXT = mark_each(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AreaPlan(Result):
-    """A flight plan whose precision was propagated on its own layout."""
+    """A flight plan whose precision was propagated on its own layout.
+
+    Attributes
+    ----------
+    area : FlightArea
+        The polygon that is covered [m].
+    search : PlanSearch
+        All plans by estimate; the border of the area counts.
+    checked : CheckedPlan
+        The plan and its propagated precision [m]; costs as they were counted.
+    layout : AreaLayout
+        Models, points and control of the whole area [m].
+    checked_on : FlightArea
+        All of the area, or the part on which precision was propagated [m].
+    flown : FlightPlan
+        What is flown and measured: lines, photographs, control, effort.
+    next_flown : FlightPlan, optional
+        The same of the next best plan.
+    notes : tuple of str
+        What is to be said of the area, the ground and plans that were not tried.
+    frame : PlanFrame
+        What was at hand.
+    heights : GroundHeights, optional
+        Heights of the terrain over the area [m].
+    follows : bool
+        Whether photographs follow the ground.
+    """
 
     area: FlightArea
     search: PlanSearch
     checked: CheckedPlan
-    layout: AreaLayout  # of the whole area
-    checked_on: FlightArea  # all of it, or the part that was propagated
+    layout: AreaLayout
+    checked_on: FlightArea
     flown: FlightPlan
-    next_flown: FlightPlan | None  # of the next best
+    next_flown: FlightPlan | None
     notes: tuple[str, ...]
     frame: PlanFrame
     heights: GroundHeights | None
-    follows: bool  # whether photographs follow the ground
+    follows: bool
 
     @property
     def is_recommended(self) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -56,25 +57,49 @@ RECOMMENDED = 2  # the plan that is recommended, and the next best
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckedPlan(Result):
-    """The cheapest plan that keeps what it promised, or the nearest one."""
+    """The cheapest plan that keeps its target on its own layout, or the nearest one.
 
-    plan: pd.Series  # row of the search
+    Attributes
+    ----------
+    plan : Series
+        Row of the search.
+    propagated : PropagatedBlock
+        The block that was laid out.
+    reached : float
+        TOTAL error at the place of the target [m].
+    target : float
+        TOTAL error that the delivered coordinates may have [m].
+    search : PlanSearch
+        All plans by estimate, with those between the values that were asked for.
+    missed : tuple of (Series, float)
+        Other plans that were tried and miss it, with the TOTAL error of each [m].
+    refused : tuple of (Series, EinschaltError)
+        Those that cannot be flown, with the reason.
+    next_best : CheckedPlan, optional
+        The cheapest other one that keeps the target.
+    place : {"centre", "edge", "corner"}, optional
+        With one coverage: where in the models ``reached`` is the error; None with
+        several, whose mean is alike everywhere.
+    is_counted : bool
+        Whether costs were counted on a layout over an area; otherwise they are
+        estimated.
+    asked_where : {"everywhere", "edge", "centre"}
+        Place of the target.
+    finer : dict of str to tuple of float
+        Values of choices between those that were tried, of which one may be cheaper.
+    """
+
+    plan: "pd.Series[Any]"
     propagated: PropagatedBlock
-    reached: float  # error at the place of the target [m]
-    target: float  # [m]
-    search: PlanSearch  # with the plans between those that were asked for
-    # other plans that were tried: rows of those that miss, with the error that they
-    # come to [m], and of those that cannot be flown, with the reason
-    missed: tuple[tuple[pd.Series, float], ...] = ()
-    refused: tuple[tuple[pd.Series, EinschaltError], ...] = ()
-    next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
-    # with one coverage: "centre", "edge" or "corner", where in the models ``reached``
-    # is the error; None with several, whose mean is alike everywhere
+    reached: float
+    target: float
+    search: PlanSearch
+    missed: "tuple[tuple[pd.Series[Any], float], ...]" = ()
+    refused: "tuple[tuple[pd.Series[Any], EinschaltError], ...]" = ()
+    next_best: "CheckedPlan | None" = None
     place: str | None = None
-    # whether costs were counted on a layout over an area; otherwise they are estimated
     is_counted: bool = False
-    asked_where: str = "everywhere"  # place of the target, which one coverage has
-    # values of choices between those that were tried, of which one may be cheaper
+    asked_where: str = "everywhere"
     finer: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property

@@ -83,17 +83,32 @@ OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layou
 
 @dataclass(frozen=True, kw_only=True)
 class PlanChoices:
-    """Choices of the planner; every value is combined with every other."""
+    """Choices of the planner; every value is combined with every other.
 
-    # scale_number, spacing, m_g_um: of the low flight; m_g of ONE setting
+    Attributes
+    ----------
+    scale_number : tuple of float
+        Denominators of the image scale of the low flight.
+    spacing : tuple of float
+        Mean distances of points [m].
+    m_g_um : tuple of float
+        TOTAL errors of ONE pointing in the low flight, in the image plane [µm].
+    high_over_low : tuple of float
+        Scale number of the high flight over that of the low flight.
+    n_settings : tuple of int
+        Pointings at each point, in both flights.
+    n_coverages : tuple of int
+        Coverages of both flights, 1 to 4; one shows no gross error.
+    control_per_model : tuple of {5, 9}
+        Control points in each model of the high flight.
+    """
+
     scale_number: tuple[float, ...]
     spacing: tuple[float, ...]
     m_g_um: tuple[float, ...]
-    # scale number of the high flight over that of the low flight
     high_over_low: tuple[float, ...] = (1.25, 1.5, 1.875, 2.5, 3.0)
-    n_settings: tuple[int, ...] = (1, 2, 4)  # how often a point is set, in both flights
-    n_coverages: tuple[int, ...] = (2, 3)  # of both flights; one shows no gross error
-    # 5 or 9, in each model of the high flight
+    n_settings: tuple[int, ...] = (1, 2, 4)
+    n_coverages: tuple[int, ...] = (2, 3)
     control_per_model: tuple[int, ...] = (5, 9)
 
     def __post_init__(self):
@@ -103,23 +118,37 @@ class PlanChoices:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanSearch(Result):
-    """All plans, the cheapest that reach the target first."""
+    """All plans, the cheapest that reach the target first.
 
-    target: float  # [m]
-    where: str  # "centre", "edge", "everywhere"
-    by: str  # "expected", "paper"
+    Attributes
+    ----------
+    target : float
+        TOTAL error that the delivered coordinates may have [m].
+    where : {"everywhere", "edge", "centre"}
+        Place in the models at which it holds.
+    by : {"expected", "paper"}
+        Estimate that is held against it.
+    model : PlannedModel
+        A model of the low flight, as far as it is known before the flight.
+    plans : DataFrame
+        One row for each plan: scale_number, spacing [m], m_g_um [µm],
+        high_scale_number, n_settings, n_coverages, control_per_model; flying_height and
+        high_flying_height above ground [m], gsd and high_gsd [m] (NaN where no size of
+        a pixel is known); n_points, of a model; TOTAL errors [m]: m_0, M_centre,
+        M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_corner,
+        expected_mean (with what points share), reached_expected, reached_paper (at the
+        place of the target), reached (the one that is asked for); images, models,
+        settings, control_points and cost for each km²; is_feasible, is_efficient (no
+        other plan is cheaper and better), limited_by.
+    beyond : FurtherEfforts, optional
+        What helps that was not among the choices, where no plan reaches the target.
+    """
+
+    target: float
+    where: str
+    by: str
     model: PlannedModel
-    # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
-    # control_per_model, flying_height and high_flying_height above ground, gsd and
-    # high_gsd (NaN where no size of a pixel is known), n_points, m_0, M_centre,
-    # M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_corner,
-    # expected_mean (shared errors counted),
-    # reached_expected, reached_paper (at the place of the target), reached (the one
-    # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
-    # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
-    # better), limited_by
     plans: "pd.DataFrame"
-    # what helps that was not among the choices, if no plan reaches the target
     beyond: FurtherEfforts | None = None
 
     @property
@@ -156,26 +185,49 @@ ALLOWED_WHERE_GIVEN = {
 
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
-    """Given conditions of a plan: camera, transformation, control and costs."""
+    """Given conditions of a plan: camera, transformation, control and costs.
 
-    kind: str = "affine"  # "affine", "helmert", "rigid"
-    image_format: float | tuple[float, float] = 0.23  # [m]
-    principal_distance: float = 0.152  # [m]
+    Attributes
+    ----------
+    kind : {"affine", "helmert", "rigid"}
+        How the models of both flights are fitted.
+    image_format : float or tuple of float
+        Side of the image, or its sides along and across the strip [m].
+    principal_distance : float
+        [m]
+    forward_overlap, side_overlap : float
+        Of consecutive images, and of neighbouring strips; parts of the image, 0 to 1.
+    control_standard_error : float
+        TOTAL error of terrestrial control in plan [m].
+    high_over_low_m_g : float
+        Measuring error of the high flight over that of the low flight, in the image.
+    costs : PlanCosts
+        Prices by which plans are ranked.
+    max_height : float, optional
+        Height above ground that both flights keep below [m]; None: no limit.
+    sampled_um : float, optional
+        Size of a pixel in the image [µm], of which gsd is the size on the ground; None:
+        film.
+    shares_control : bool
+        Whether control lies where it serves most models, as a plan over an area sets
+        it, and not at the corners of every neat model; it matters where images overlap
+        much.
+    extent : tuple of float, optional
+        Length [m], width [m] and size [m²] of the ground, whose border takes models and
+        control as well; None: endless.
+    """
+
+    kind: str = "affine"
+    image_format: float | tuple[float, float] = 0.23
+    principal_distance: float = 0.152
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    control_standard_error: float = 0.03  # TOTAL [m]
-    # measuring error of the high flight over that of the low flight
+    control_standard_error: float = 0.03
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
-    # both flights stay below it, above ground; None has no limit [m]
     max_height: float | None = None
-    # size of a pixel in the image, of which gsd is the size on the ground [µm]
     sampled_um: float | None = None
-    # control lies where it serves most models, as an area plan sets it, and not at the
-    # corners of every neat model; matters where images overlap much
     shares_control: bool = False
-    # length, width and size of the ground [m, m, m²], whose border takes models and
-    # control as well; None is endless
     extent: tuple[float, float, float] | None = None
 
     def __post_init__(self):

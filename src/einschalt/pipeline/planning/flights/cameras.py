@@ -21,26 +21,46 @@ SCANNED_UM = 15.0  # of film, as photogrammetric scanners do
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPreset:
-    """A camera and how it is usually flown."""
+    """A camera and how it is usually flown.
+
+    Attributes
+    ----------
+    title : str
+    image_format : tuple of float
+        Sides of the image along and across the strip [m].
+    principal_distance : float
+        [m]
+    pixel_um : float, optional
+        Size of a pixel in the image [µm]; None for film.
+    sampled_um : float
+        What a ground sampling distance is of, in the image [µm]: for film the usual
+        scan.
+    max_height : float, optional
+        That the camera's carrier may usually fly above ground [m]; None: no limit.
+    forward_overlap, side_overlap : float
+        Of consecutive images, and of neighbouring strips; parts of the image, 0 to 1.
+    m_0 : tuple of float
+        Usual errors of approximate coordinates, TOTAL [m]: for film those of Kovarik
+        1971, else what a high flight of the same camera gives.
+    m_g_um : tuple of float
+        Usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
+        Kovarik 1971, for digital images 0.3 pixels in each coordinate.
+    scale_numbers : tuple of float
+        Denominators of the usual image scales, the largest scale first.
+    spacings : tuple of float
+        Usual distances of points [m], the closest first.
+    """
 
     title: str
-    image_format: tuple[float, float]  # of the image along and across the strip [m]
-    principal_distance: float  # [m]
-    pixel_um: float | None = None  # size of a pixel; None for film
-    # what a ground sampling distance is of: for film the usual scan
+    image_format: tuple[float, float]
+    principal_distance: float
+    pixel_um: float | None = None
     sampled_um: float = SCANNED_UM
-    # that the camera's carrier may usually fly above ground [m]
     max_height: float | None = None
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    # usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
-    # else what a high flight of the same camera gives [m]
     m_0: tuple[float, ...]
-    # usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
-    # Kovarik 1971, for digital images 0.3 pixels in each coordinate
     m_g_um: tuple[float, ...]
-    # of the table that is made where none are asked for, the largest scale and the
-    # closest points first; spacings in metres
     scale_numbers: tuple[float, ...]
     spacings: tuple[float, ...]
 

@@ -17,10 +17,20 @@ COLUMN_OF_ITEM = {
 
 @dataclass(frozen=True, kw_only=True)
 class PlanCosts:
-    """What a plan is ranked by, in any one currency."""
+    """What a plan is ranked by, in any one currency.
 
-    # image, model, setting, control_point: to fly and develop an image, to orient a
-    # model, to set a point once, to survey a control point
+    Attributes
+    ----------
+    image : float
+        Price of an image that is flown and developed.
+    model : float
+        Price of a model that is oriented.
+    setting : float
+        Price of a pointing at a point.
+    control_point : float
+        Price of a control point that is surveyed.
+    """
+
     image: float = 10.0
     model: float = 20.0
     setting: float = 0.5

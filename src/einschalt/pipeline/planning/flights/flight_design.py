@@ -37,31 +37,63 @@ MOST_WORK = 1e7
 
 @dataclass(frozen=True, kw_only=True)
 class FlightDesign:
-    """Two planned flights: the choices of the planner and the given conditions."""
+    """Two planned flights: the choices of the planner and the given conditions.
 
-    scale_number: float  # of the low flight
-    spacing: float  # mean distance of points [m]
-    m_g_um: float  # TOTAL error of a point measured in the low flight, image plane [µm]
-    # of the models of both flights: affine, helmert or rigid
+    Attributes
+    ----------
+    scale_number : float
+        Denominator of the image scale of the low flight.
+    spacing : float
+        Mean distance of points [m].
+    m_g_um : float
+        TOTAL error of a point measured in the low flight, in the image plane [µm]; of
+        the mean, where it is set several times.
+    kind : {"affine", "helmert", "rigid"}
+        How the models of both flights are fitted.
+    image_format : float or tuple of float
+        Side of the image, or its sides along and across the strip [m].
+    principal_distance : float
+        [m]
+    forward_overlap, side_overlap : float
+        Of consecutive images, and of neighbouring strips; parts of the image, 0 to 1.
+    n_coverages : int
+        Coverages of both flights, 1 to 4.
+    coverage_shift : float, optional
+        Shift of a coverage against the one before, in bases; 1/n_coverages where left
+        out.
+    high_scale_number : float, optional
+        Denominator of the high flight; 1.875 times that of the low flight where left
+        out, as in 1971.
+    high_m_g_um : float, optional
+        As ``m_g_um``, of the high flight [µm]; that of the low flight where left out.
+    control_standard_error : float
+        TOTAL error of terrestrial control in plan [m].
+    control_per_model : {5, 9}
+        Control points in each model of the high flight.
+    width, height : float, optional
+        Extent of the area from west to east and from south to north [m]; enough for
+        three high-flight images where left out.
+    most_work : float
+        Size of the layout (values times pairs of models at a point) beyond which its
+        points are thinned.
+    """
+
+    scale_number: float
+    spacing: float
+    m_g_um: float
     kind: str = "affine"
-    # side of the image, or its sides along and across the strip [m]
     image_format: float | tuple[float, float] = 0.23
-    principal_distance: float = 0.152  # [m]
+    principal_distance: float = 0.152
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    n_coverages: int = 2  # of both flights, 1 to 4
-    # shift of a coverage against the one before, in bases; 1/n_coverages where left out
+    n_coverages: int = 2
     coverage_shift: float | None = None
-    # where left out 1.875 times that of the low flight, and m_g of the low flight
     high_scale_number: float | None = None
     high_m_g_um: float | None = None
-    control_standard_error: float = 0.03  # TOTAL error of terrestrial control [m]
-    control_per_model: int = 5  # 5 or 9, of the high flight
-    # extent of the area [m]; where left out enough for three high-flight images
+    control_standard_error: float = 0.03
+    control_per_model: int = 5
     width: float | None = None
     height: float | None = None
-    # values times pairs of models at a point, of the layout: beyond it points are
-    # thinned
     most_work: float = MOST_WORK
 
     def __post_init__(self):

@@ -48,46 +48,78 @@ SOURCE_TEXT = mark_each(
 
 @dataclass(frozen=True)
 class ExpectedFigures:
-    """Root mean squares, TOTAL [m]; NaN where there is no such point."""
+    """Root mean squares, TOTAL [m]; NaN where there is no such point.
 
-    mean: float  # final coordinates of the new points, mean of all coverages
-    worst: float  # 95 % of the new points are better
-    # one model's value: anywhere, in the middle (|u| and |v| below 0.2), at the edge
-    # (one of them above 0.4), in a corner (both above 0.35) of its extent
+    Attributes
+    ----------
+    mean : float
+        Of the final coordinates of the new points, mean of all coverages [m].
+    worst : float
+        95 % of the new points are better [m].
+    single, single_centre, single_edge, single_corner : float
+        Of one model's value [m]: anywhere, in the middle (u and v within 0.2 of it), at
+        the edge (one of them above 0.4), in a corner (both above 0.35) of its extent.
+    paper_mean, paper_single, paper_centre, paper_edge, paper_corner : float
+        The same after Kovarik's formula [m], with the leverages of these points and
+        plain means.
+    m_0 : float
+        What the transformations of the low flight would show [m].
+    """
+
+    mean: float
+    worst: float
     single: float
     single_centre: float
     single_edge: float
     single_corner: float
-    # the same after Kovarik's formula, with the leverages of these points and plain
-    # means
     paper_mean: float
     paper_single: float
     paper_centre: float
     paper_edge: float
     paper_corner: float
-    m_0: float  # what the transformations of the low flight would show
+    m_0: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExpectedPrecision(Result):
-    """What a planned block will be worth."""
+    """What a planned block will be worth.
+
+    Attributes
+    ----------
+    design : FlightDesign
+        The flights that were laid out.
+    points : DataFrame
+        point_id, easting, northing (from the centre of the area) [m], role,
+        standard_error_total, standard_error_paper (TOTAL) [m], n_models.
+    values : DataFrame
+        Every low-flight model's value of every point: coverage, model_id, point_id,
+        position_u, position_v (−½ to ½ from edge to edge of the model),
+        standard_error_total, standard_error_paper (TOTAL) [m].
+    figures : ExpectedFigures
+        Root mean squares, TOTAL [m]: ``mean`` and ``worst`` of the new points,
+        ``single``, ``single_centre``, ``single_edge``, ``single_corner`` of one model's
+        value; ``paper_…`` of the formula of 1971; ``m_0``.
+    parts : dict of str to float
+        What control, high_flight and low_flight contribute to the new points, root mean
+        square, TOTAL [m].
+    formula : PlannedPrecision
+        After Kovarik's formula and edge, with the block's m_0 [m].
+    n_high_models, n_low_models, n_control : int
+        Models of both flights, and control points.
+    weighting : {"plain", "weighted", "rigorous"}
+        Mean of a point's values.
+    """
 
     design: FlightDesign
-    # point_id, easting, northing (from the centre of the area), role,
-    # standard_error_total, standard_error_paper, n_models [m]
     points: pd.DataFrame
-    # every low-flight model's value of every point: coverage, model_id, point_id,
-    # position_u, position_v, standard_error_total, standard_error_paper [m]
     values: pd.DataFrame
     figures: ExpectedFigures
-    # what control and both flights contribute to the new points, root mean square,
-    # TOTAL [m]
     parts: dict[str, float]
-    formula: PlannedPrecision  # after Kovarik's formula and edge, with the block's m_0
+    formula: PlannedPrecision
     n_high_models: int
     n_low_models: int
     n_control: int
-    weighting: str  # of a point's values: "plain", "weighted", "rigorous"
+    weighting: str
 
     @property
     def verdict(self) -> str:
