@@ -52,13 +52,8 @@ exclude_patterns = [
     "sg_execution_times.rst",
 ]
 templates_path = ["_templates"]
-nitpicky = True
+nitpicky = True  # of public docstrings too: they refer to public names
 smartquotes = False  # -- is an option, not a dash
-# modules below the root package move without notice: nothing leads to them
-nitpick_ignore_regex = [
-    (r"py:.*", r"ModelTransformation\..*"),  # what transform_models gives
-    (r"py:.*", r"einschalt\.(foundations|theory|stages|pipeline|interfaces)\..*"),
-]
 suppress_warnings = [
     "config.cache",  # functions in the configuration of the gallery
 ]

@@ -1,7 +1,6 @@
 """The site: every page is reached, and what stands on its pages runs."""
 
 import contextlib
-import dataclasses
 import importlib.util
 import io
 import os
@@ -77,31 +76,6 @@ def extension(name):
     module = importlib.util.module_from_spec(found)
     found.loader.exec_module(module)
     return module
-
-
-def test_fields_of_plans_stand_on_their_pages():
-    """Of classes whose docstring lists none, with their defaults."""
-    pages = extension("plan_fields")
-    assert set(pages.FIELDS) == {
-        name
-        for name in es.__all__
-        if dataclasses.is_dataclass(kind := getattr(es, name))
-        and not issubclass(kind, es.Block)
-        and "Attributes\n" not in (kind.__doc__ or "")
-        and kind is not es.DensificationResult
-    }
-    for name, said in pages.FIELDS.items():
-        known = dataclasses.fields(getattr(es, name))
-        assert sorted(said) == sorted(one.name for one in known)
-        lines = ["A summary."]
-        pages.add_fields(None, "class", f"einschalt.{name}", None, None, lines)
-        assert lines[2:4] == ["Attributes", "----------"]
-        assert len(lines) == 4 + 2 * len(known)
-    costs = pages.attributes_of("PlanCosts")
-    assert costs[3:5] == [
-        "image : float, default 10.0",
-        "    Price of an image that is flown.",
-    ]
 
 
 def test_the_page_of_commands_is_the_same_whoever_builds_it(monkeypatch):

@@ -28,6 +28,8 @@ def compute(folder: Path) -> pd.DataFrame:
     files: list[Path] = [one.path for one in result.export("a.dxf", "b.xlsx")]
     again: list[Path] = [one.path for one in es.export(folder / "out", "c.kml")]
     es.publish(folder / "out", name, "names", crs=result.crs)
+    if result.claim is not None and not assert_type(result.claim.is_supported, bool):
+        return result.points[result.points["is_suspect"]]
     with_errors: bool = result.errors is not None and block.low_flight.n_models > 1
     if with_errors:
         pairs = [("1", "2")]
@@ -97,6 +99,43 @@ def adjust(block: es.Block, frame: pd.DataFrame) -> float:
     )
 
 
+def of_camera(name: str) -> es.PlanFrame:
+    """A camera and how it is flown."""
+    camera: es.CameraPreset = es.camera_preset(name)
+    assert_type(camera.max_height, float | None)
+    return es.PlanFrame.of_camera(camera, kind="rigid")
+
+
+def of_target(plan: es.CheckedPlan) -> str:
+    """What is read of a plan that was checked."""
+    searched: es.PlanSearch = plan.search
+    expected: es.ExpectedPrecision = plan.expected
+    assert_type(expected.figures.mean, float)
+    other = plan if plan.next_best is None else plan.next_best
+    errors = [assert_type(error, float) for _, error in plan.missed]
+    cost = other.plan["cost"] + plan.reached + sum(errors)
+    return f"{assert_type(plan.outcome(), str)}{searched.verdict}{cost}"
+
+
+def of_area(plan: es.AreaPlan) -> str:
+    """What is read of the parts of a plan over an area."""
+    flown: es.FlightPlan = plan.flown
+    assert_type(flown.cost, float)
+    assert_type(plan.checked.is_kept, bool)
+    assert_type(plan.layout.area.square_km, float)
+    assert_type(plan.layout.n_left_out, int)
+    centres: np.ndarray = plan.layout.flights["low_flight"].rasters[0].centres()
+    inside: np.ndarray = plan.area.holds(plan.area.to_local(centres))
+    heights = plan.heights
+    if heights is not None:
+        inside = inside & (heights.straight_below(centres) < heights.range[1])
+    length, width = assert_type(plan.area.extent, tuple[float, float])
+    said = assert_type(plan.area.describe(), str)
+    return (
+        said + assert_type(plan.checked.verdict(), str) + f"{length} {width} {inside}"
+    )
+
+
 def plan() -> pd.DataFrame:
     """Before the flight."""
     best = assert_type(es.optimal_scale([200, 300], 0.10, 10), pd.DataFrame)
@@ -113,6 +152,9 @@ def plan() -> pd.DataFrame:
     plan = es.plan_area(0.05, "area.gpkg", choices, crs="EPSG:31255")
     if not plan.is_recommended:
         raise SystemExit(plan.verdict())
+    said = of_area(plan) + of_target(es.plan_target(0.05, choices, of_camera("dmc_3")))
+    row = es.expect_precision(found.nearest, frame=frame)
+    found.plot.costs(row.plot.map()).set_title(said)
     tried = es.simulate_plan(found.nearest, frame=es.PlanFrame(kind="rigid"), seed=1)
     for one in (plan, design, expected, Path("plan")):
         truth = assert_type(es.simulate_plan(one, n_check=5).truth, pd.DataFrame)

@@ -28,6 +28,7 @@ from einschalt.foundations.language import language as active_language
 from einschalt.foundations.language import written_in
 from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
+from einschalt.foundations.told_fields import with_fields_of
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
@@ -44,6 +45,7 @@ from einschalt.interfaces.publication.publish import Publication, publish_densif
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
 from einschalt.pipeline.block import block as checked
+from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block as simulated
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -61,13 +63,12 @@ if TYPE_CHECKING:
     )
 
 
+@with_fields_of(checked.Block)
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block(checked.Block):
     """The checked tables of one survey, which can be written as a folder.
 
-    Its fields are those of :class:`einschalt.pipeline.block.block.Block`:
-    ``control_points``, ``high_flight`` or ``approximate_points``, ``low_flight``,
-    ``crs``, ``name``, ``settings``.
+    EinschaltError where something stops the computation; several faults come together.
     """
 
     def write(self, folder: StrPath, *, overwrite: bool = False) -> None:
@@ -97,12 +98,13 @@ class SimulatedBlock(simulated.SimulatedBlock, Block):
     """A block with known ``truth``, which can be written as a folder."""
 
 
+@with_fields_of(Solution)
 @dataclass(frozen=True, eq=False, repr=False)
 class DensificationResult(results.DensificationResult):
     """Densified coordinates of a block, which can be written as a folder.
 
-    Its tables are those of :class:`einschalt.pipeline.result.DensificationResult`:
-    ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
+    With ``output_crs`` tables of points are in that system; ``covariance_between`` and
+    ``errors`` stay in the system of the block, in which all is computed.
     """
 
     @property
@@ -381,7 +383,7 @@ def densify(
 
     See Also
     --------
-    einschalt.pipeline.densify.densify : the calls behind it.
+    densify_many : many blocks, each in a separate process.
     """
     if not isinstance(block, checked.Block):
         raise SettingsError(

@@ -11,7 +11,7 @@ import pandas as pd
 from einschalt.foundations.argument_names import naming_arguments, with_arguments
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError, SettingsError
-from einschalt.foundations.told_fields import with_fields_of_base
+from einschalt.foundations.told_fields import with_fields_of
 from einschalt.interfaces.files.area_files import area_of_table, read_area
 from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
@@ -29,7 +29,7 @@ from einschalt.pipeline.planning.propagation import expected_precision
 FEWEST = 3  # corners of an area
 
 
-@with_fields_of_base
+@with_fields_of(expected_precision.ExpectedPrecision)
 @dataclass(frozen=True, eq=False, repr=False)
 class ExpectedPrecision(expected_precision.ExpectedPrecision):
     """What a planned block will be worth, with figures."""
@@ -46,7 +46,7 @@ class ExpectedPrecision(expected_precision.ExpectedPrecision):
         return plan_card(self)
 
 
-@with_fields_of_base
+@with_fields_of(search.PlanSearch)
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanSearch(search.PlanSearch):
     """All plans, the cheapest that reach the target first, with figures."""
@@ -72,7 +72,7 @@ class PlanSearch(search.PlanSearch):
         return plan_card(self)
 
 
-@with_fields_of_base
+@with_fields_of(check.CheckedPlan)
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckedPlan(check.CheckedPlan):
     """The cheapest plan that keeps its target on its own layout, or the nearest one."""
@@ -108,7 +108,7 @@ class CheckedPlan(check.CheckedPlan):
         return cls(**parts)
 
 
-@with_fields_of_base
+@with_fields_of(recommended.AreaPlan)
 @dataclass(frozen=True, eq=False, repr=False)
 class AreaPlan(recommended.AreaPlan):
     """A flight plan whose precision was propagated on its own layout."""

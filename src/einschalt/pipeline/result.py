@@ -1,6 +1,6 @@
 """The result that users hold: a solution, what was judged of it, and its summary."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -66,7 +66,7 @@ class Stopwatch:
     seconds: float = 0.0
 
     @contextmanager
-    def running(self):
+    def running(self) -> Iterator[None]:
         """Add the time that is spent inside."""
         started = perf_counter()
         try:
@@ -162,9 +162,8 @@ class DensificationResult(Result):
     def points(self) -> pd.DataFrame:
         """Points of the solution, each of them judged: DataFrame.
 
-        See :class:`einschalt.pipeline.densification.solution.Solution`; with
-        ``standard_error_checked`` (the figure to believe, TOTAL [m]: enlarged where
-        measurements exceed it), and ``is_within_tolerance`` where a tolerance is set.
+        Columns as of the class, with ``standard_error_checked`` (the figure to believe,
+        TOTAL [m]: enlarged where measurements exceed it), and ``is_within_tolerance`` where a tolerance is set.
         ``is_suspect`` holds points as well that were measured under another name, and
         known points that contradict the claim. In the system of the results
         (``output_crs``).
@@ -242,7 +241,9 @@ class DensificationResult(Result):
         Returns
         -------
         RegressionResultsWrapper
-            See :meth:`ModelTransformation.to_statsmodels`.
+            Of WLS, with an equation for each coordinate of each point (``resid`` is
+            given less transformed); coordinates are reduced to the centroids, as
+            ``to_statsmodels`` of what :func:`einschalt.transform_models` gives.
 
         Raises
         ------

@@ -107,17 +107,17 @@ class CoverageScreening(Result):
     significance: float
 
     @property
-    def suspects(self):
+    def suspects(self) -> np.ndarray:
         """point_id of the suspects, ndarray of object."""
         return self.table.loc[self.table["is_suspect"], "point_id"].unique()
 
     @property
-    def n_tested(self):
+    def n_tested(self) -> int:
         """Number of points that could be tested."""
         tested = self.table.loc[self.table[DIFFERENCES[0]].notna(), "point_id"]
         return int(tested.nunique())
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many points were screened, and how many failed."""
         n_points = typesetting.count(self.n_tested, "point")
         return f"{n_points} in several coverages, {len(self.suspects)} suspects"

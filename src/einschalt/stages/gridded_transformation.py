@@ -5,6 +5,7 @@ is distributed, noise is not, and every point between has an ellipse that held-o
 points confirm.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -109,7 +110,7 @@ class GriddedTransformation(ModelTransformation):
                 table.loc[rows[~one.trusted], DIFFERENCES] = np.nan
         return table
 
-    def held_out_error(self, models=None) -> tuple[float, int]:
+    def held_out_error(self, models: Iterable[int] | None = None) -> tuple[float, int]:
         """TOTAL RMS of good held-out points through the grid [m], and their number.
 
         Of all models, or of some (their rows). The points are predicted by the method

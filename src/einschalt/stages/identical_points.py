@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import as_numbers
@@ -11,6 +12,7 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.names import CodedPairs, pair_up
+from einschalt.stages.transformation_kinds import Kind
 from einschalt.theory.transformation.point_tests import CommonPoints
 
 ROW_NAMES = ("coverage", "model_id", "point_id")
@@ -34,12 +36,18 @@ class Observations:
     given: tables.CheckedTable  # the model points
 
     @property
-    def points(self):
+    def points(self) -> CommonPoints:
         """The same as plain arrays, for theory."""
         return CommonPoints(self.source, self.target, self.weights, self.start)
 
     @classmethod
-    def of(cls, checked, placed, kind, weights):
+    def of(
+        cls,
+        checked: tables.CheckedTable,
+        placed: tables.CheckedTable,
+        kind: Kind,
+        weights: ArrayLike | pd.Series | None,
+    ) -> "Observations":
         """Find the identical points of two checked tables."""
         models = pair_up(checked.coded["coverage"], checked.coded["model_id"])
         points = checked.coded["point_id"]

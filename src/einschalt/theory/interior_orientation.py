@@ -51,6 +51,7 @@ class Camera:
     Attributes
     ----------
     principal_distance_mm : float
+        [mm]
     radial : tuple of 4 floats
         k1 to k4 of scaled coordinates.
     tangential : tuple of 2 floats

@@ -385,18 +385,18 @@ class HighFlightMisfit:
     degrees: float
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """The first by the second."""
         return self.m_0 / self.explained
 
     @property
-    def is_large(self):
+    def is_large(self) -> bool:
         """Whether chance does not explain the misfit."""
         limits = ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
         return bool(self.ratio > limits[1])
 
     @property
-    def p_value(self):
+    def p_value(self) -> float:
         """Probability of a misfit this large if the given errors are right."""
         return float(ratio_p_value(self.ratio, self.degrees))
 

@@ -45,39 +45,39 @@ class KnownPoints:
     covariance_of_mean: np.ndarray | None = None
 
     @property
-    def count(self):
+    def count(self) -> int:
         """Number of points."""
         return len(self.point_ids)
 
     @property
-    def rms(self):
+    def rms(self) -> float:
         """Root mean square of the differences, TOTAL [m]; NaN without points."""
         squares = np.sum(self.differences**2, axis=1)
         squares = squares[np.isfinite(squares)]
         return float(np.sqrt(squares.mean())) if len(squares) else np.nan
 
     @property
-    def ratio(self):
+    def ratio(self) -> float:
         """Root mean square by the claimed one."""
         return self.rms / self.claimed
 
     @property
-    def are_beyond(self):
+    def are_beyond(self) -> bool:
         """Whether the differences are larger than chance explains."""
         return bool(self.ratio > self._limits()[1])
 
     @property
-    def are_too_small(self):
+    def are_too_small(self) -> bool:
         """Whether the differences are smaller than chance explains."""
         return bool(self.ratio < self._limits()[0])
 
     @property
-    def p_value(self):
+    def p_value(self) -> float:
         """Probability of differences this large if the claim holds."""
         return float(ratio_p_value(self.ratio, self.degrees))
 
     @property
-    def shift_p_value(self):
+    def shift_p_value(self) -> float:
         """Probability of a mean difference this far from zero, if there is no shift.
 
         That of both coordinates: of normal errors as the points share them, and of

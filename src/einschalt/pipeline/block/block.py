@@ -62,7 +62,7 @@ class Flight:
     models : DataFrame, optional
         With ``image_points``: coverage, model_id, left_image, right_image.
     principal_distance_mm : float, optional
-        With ``camera`` it is that of the camera.
+        [mm]; with ``camera`` it is that of the camera.
     camera : Camera, optional
         Makes image coordinates of what ``image_points`` has: pixels (column, row), or
         millimetres from another origin, with distortion.
@@ -272,15 +272,15 @@ class Block:
     project: str = ""
     operator: str = ""
     settings: Settings = field(default_factory=Settings)
-    sources: dict = field(default_factory=dict)
-    checksums: dict = field(default_factory=dict)
+    sources: dict[str, str] = field(default_factory=dict)
+    checksums: dict[str, str] = field(default_factory=dict)
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
-    axes_told: dict = field(default_factory=dict)
-    shared_errors_m: dict = field(default_factory=dict)
-    group_errors_m: dict = field(default_factory=dict)
-    correlation_lengths_m: dict = field(default_factory=dict)
+    axes_told: dict[str, bool] = field(default_factory=dict)
+    shared_errors_m: dict[str, float] = field(default_factory=dict)
+    group_errors_m: dict[str, float] = field(default_factory=dict)
+    correlation_lengths_m: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         """Check all tables, and keep them as checked."""

@@ -8,8 +8,10 @@ that all points share, as that of an operation by which control came.
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.coordinate_operations import (
     Operation,
@@ -53,19 +55,21 @@ class OutputSystem:
     """The way from the system of a block into that of its results."""
 
     crs: str  # name of the system of the results
-    # own, target: systems of pyproj, both with heights or both without
-    own: object
-    target: object
+    # own, target: systems of pyproj (CRS), both with heights or both without
+    own: Any
+    target: Any
     operation: Operation
     grids: Path | None  # folder of grids beside PROJ's own
     note: str  # what was done
 
     @property
-    def is_spatial(self):
+    def is_spatial(self) -> bool:
         """Whether heights change as well."""
         return has_heights(self.own)
 
-    def told(self, table, positions=None):
+    def told(
+        self, table: pd.DataFrame | None, positions: pd.DataFrame | None = None
+    ) -> pd.DataFrame | None:
         """Bring a table of results into the system of the results.
 
         ``positions``: easting, northing [, height] by point_id in the system of the

@@ -51,7 +51,7 @@ class BlockFigures:
     shared_error: float = 0.0
 
     @property
-    def mean_within(self):
+    def mean_within(self) -> float:
         """``mean_total`` without what all points share, which no test can see."""
         if self.shared_error == 0.0:
             return self.mean_total

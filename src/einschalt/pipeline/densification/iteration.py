@@ -72,7 +72,7 @@ class Iteration:
     n_models_held: int
 
     @property
-    def is_converged(self):
+    def is_converged(self) -> bool:
         """Whether the last pass moved nothing that counts."""
         return bool(self.moves["largest_move"].iloc[-1] < LEAST_MOVE)
 

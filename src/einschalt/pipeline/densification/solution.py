@@ -51,6 +51,7 @@ class Solution:
         [, residual_height] [m], w, p_value of the measurements that contradict the
         other models, and took no part.
     figures : BlockFigures
+        Root mean squares over the new points, TOTAL [m].
     orientation_errors : dict of str to OrientationErrors, ImageErrors or None
         Of each flight that was oriented by y-parallaxes or formed from images.
     """

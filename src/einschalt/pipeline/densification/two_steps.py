@@ -7,6 +7,7 @@ from operator import attrgetter
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.coverage_screening import (
     screen_block,
     with_suspects,
@@ -54,6 +55,7 @@ from einschalt.stages.stage1_approximate_coordinates import (
     average_high_flight,
     transform_high_flight,
 )
+from einschalt.stages.stage2_relative_orientation import RelativeOrientation
 from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.stage4_error_propagation import (
     covariances_for,
@@ -111,8 +113,8 @@ class TwoStepSolution(Solution):
     high: ApproximateCoordinates | None
     low: ModelTransformation
     means: CoverageMean
-    model_points: dict
-    flights: dict
+    model_points: dict[str, pd.DataFrame]
+    flights: dict[str, RelativeOrientation]
     errors: PropagatedErrors | None
     propagation: ErrorModel | None
     iteration: Iteration | None
@@ -121,11 +123,11 @@ class TwoStepSolution(Solution):
     is_possible = True
 
     @property
-    def coverages(self):
+    def coverages(self) -> pd.DataFrame:
         """Values of the single coverages of a point, DataFrame, see ``screening``."""
         return self.screening.table
 
-    def ground_of(self, flight):
+    def ground_of(self, flight: str) -> pd.DataFrame:
         """Points that the models of a flight were first fitted onto, a DataFrame."""
         control = self.block.control_points
         if flight == HIGH:
@@ -136,19 +138,19 @@ class TwoStepSolution(Solution):
         check = control.loc[control["role"] == "check", "point_id"]
         return points[~points["point_id"].isin(check)]
 
-    def first_fit(self, flight):
+    def first_fit(self, flight: str) -> ModelTransformation:
         """Transformation of a flight, of several passes the first."""
         if flight == HIGH:
             return self.high.transformation
         return self.low if self.iteration is None else self.iteration.passes[0].low
 
-    def first_models(self, flight):
+    def first_models(self, flight: str) -> pd.DataFrame:
         """Usable models of the first fit of a flight, a DataFrame."""
         models = tables.with_coverage(self.first_fit(flight).models)
         return models[models["is_usable"].astype(bool)]
 
     @property
-    def iterations(self):
+    def iterations(self) -> pd.DataFrame:
         """How far the points moved in each further pass, a DataFrame; see Iteration."""
         return no_moves() if self.iteration is None else self.iteration.moves
 
@@ -157,29 +159,29 @@ class TwoStepSolution(Solution):
 class WithoutTwoSteps:
     """A block with too little control for two steps: its tables have no rows."""
 
-    block: object
+    block: Block
     reason: str  # why the two steps are not possible
 
     is_possible = False
 
     @property
-    def approximations(self):
+    def approximations(self) -> pd.DataFrame:
         """Approximate points that were given, a DataFrame."""
         known = self.block.approximate_points
         return pd.DataFrame(columns=PLANE_POINT) if known is None else known
 
     @property
-    def single_values(self):
+    def single_values(self) -> pd.DataFrame:
         """No values, a DataFrame."""
         return pd.DataFrame(columns=VALUE_COLUMNS)
 
     @property
-    def coverages(self):
+    def coverages(self) -> pd.DataFrame:
         """No coverages, a DataFrame."""
         return pd.DataFrame(columns=COLUMNS).astype({"is_suspect": bool})
 
     @property
-    def iterations(self):
+    def iterations(self) -> pd.DataFrame:
         """No passes, a DataFrame."""
         return no_moves()
 

@@ -11,6 +11,7 @@ from operator import add
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from einschalt.foundations.batches import numbered, over_parts
@@ -21,7 +22,7 @@ from einschalt.theory.adjustment.bundled_covariance import (
     points_in_a_bundle,
 )
 from einschalt.theory.adjustment.joint_covariance import BundlePairs, joint_covariance
-from einschalt.theory.adjustment.point_operator import PointOperator, selection
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator, selection
 from einschalt.theory.adjustment.rows_of_chains import (
     beginning,
     filled,
@@ -50,7 +51,7 @@ class SharedCovariances:
     where joint_through_models can; it pays where they are many times the parameters.
     """
 
-    def __init__(self, *, through_models=False):
+    def __init__(self, *, through_models: bool = False) -> None:
         self._is_through_models = through_models
         # each is set as a whole: other threads and interruptions leave it whole
         self._steps = self._kept = None
@@ -133,16 +134,16 @@ class PropagatedErrors:
     known: SharedCovariances = field(default_factory=SharedCovariances, repr=False)
 
     @property
-    def axes(self):
+    def axes(self) -> Axes:
         """Of the operators."""
         return next(iter(self.chains.values())).axes
 
     @property
-    def covariance(self):
+    def covariance(self) -> np.ndarray:
         """Covariance of each point, (n_points, n_coordinates, n_coordinates) [m²]."""
         return sum(self.parts.values())
 
-    def covariance_between(self, first, second):
+    def covariance_between(self, first: ArrayLike, second: ArrayLike) -> np.ndarray:
         """Covariance between pairs of points.
 
         (n_pairs, n_coordinates, n_coordinates) [m²], of point_ids. The variance of a
@@ -151,7 +152,7 @@ class PropagatedErrors:
         places = np.column_stack([self._places(first), self._places(second)])
         return self.covariance_at(places)
 
-    def covariance_at(self, places):
+    def covariance_at(self, places: np.ndarray) -> np.ndarray:
         """Covariance between pairs of points, by their places among the points.
 
         ``places`` (n_pairs, 2); gives (n_pairs, n_coordinates, n_coordinates) [m²].

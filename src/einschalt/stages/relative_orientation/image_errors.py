@@ -29,7 +29,7 @@ class ImageErrors:
     pairs: pd.DataFrame  # coverage, model_id, right_image, oriented or not
 
     @property
-    def n_models(self):
+    def n_models(self) -> int:
         """Number of pairs."""
         return len(self.pairs)
 

@@ -67,13 +67,13 @@ class BlockTables:
     images: tuple[MeasuredImages | None, ...]  # of each flight
 
     @property
-    def has_unknown_groups(self):
+    def has_unknown_groups(self) -> bool:
         """Whether control shares shifts whose size neither table nor block tells."""
         shared = self.observations.shared_control
         return shared is not None and shared.is_unknown
 
     @property
-    def is_spatial(self):
+    def is_spatial(self) -> bool:
         """Whether the models are spatial, and the points have heights."""
         return isinstance(self.observations, SpatialObservations)
 

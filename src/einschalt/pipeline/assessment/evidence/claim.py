@@ -83,12 +83,12 @@ class Claim:
     paper: ClaimTest | None = None
 
     @property
-    def is_assumed(self):
+    def is_assumed(self) -> bool:
         """Whether the prediction rests on an assumption."""
         return bool(self.assumption)
 
     @cached_property
-    def rejected(self):
+    def rejected(self) -> tuple[ClaimTest, ...]:
         """Tests that the block does not pass, by Holm over all of them."""
         p_values = np.array([test.p_value for test in self.tests])
         if not np.isfinite(p_values).any():
@@ -101,7 +101,7 @@ class Claim:
         )
 
     @cached_property
-    def too_small(self):
+    def too_small(self) -> tuple[ClaimTest, ...]:
         """Tests whose quantity is smaller than chance explains, by Holm over all.
 
         The claim does not fall by it; what was measured may not be independent.
@@ -118,12 +118,12 @@ class Claim:
         )
 
     @property
-    def is_supported(self):
+    def is_supported(self) -> bool:
         """Whether no test contradicts the claim."""
         return not self.rejected
 
     @property
-    def enlargement(self):
+    def enlargement(self) -> float:
         """By how much the measurements exceed the claim at least; 1 where it stands."""
         # control that is worse than given shows more in its own differences than in
         # the points: they give no bound
@@ -134,7 +134,7 @@ class Claim:
         ]
         return float(max([1.0, *ratios]))
 
-    def of(self, name):
+    def of(self, name: str) -> ClaimTest | None:
         """The test of that name, or None."""
         return next((test for test in self.tests if test.name == name), None)
 

@@ -55,34 +55,34 @@ class LeftOutControl:
     all_covariance: np.ndarray  # shape (n_points, n_axes, n_axes); of the differences
 
     @property
-    def differences(self):
+    def differences(self) -> np.ndarray:
         """In plan, shape (n_points, 2) [m]."""
         return self.all_differences[:, : len(PLAN)]
 
     @property
-    def covariance(self):
+    def covariance(self) -> np.ndarray:
         """Of the differences in plan, shape (n_points, 2, 2) [m²]."""
         return self.all_covariance[:, : len(PLAN), : len(PLAN)]
 
     @property
-    def has_heights(self):
+    def has_heights(self) -> bool:
         """Whether heights were predicted as well."""
         return self.all_differences.shape[1] > HEIGHT
 
     @property
-    def of_heights(self):
+    def of_heights(self) -> tuple[np.ndarray, np.ndarray]:
         """Differences in height, and their standard errors, (n_points,) each [m]."""
         variance = self.all_covariance[:, HEIGHT, HEIGHT]
         return self.all_differences[:, HEIGHT], np.sqrt(variance)
 
     @cached_property
-    def squares(self):
+    def squares(self) -> np.ndarray:
         """Square d V⁻¹ d of each difference, shape (n_points,); 2 on the average."""
         solved = np.linalg.solve(self.covariance, self.differences[:, :, None])
         return np.einsum("ni,ni->n", self.differences, solved[:, :, 0])
 
     @property
-    def normalized_square(self):
+    def normalized_square(self) -> float:
         """Mean square of the differences by their covariances; 1 is expected."""
         return float(np.mean(self.squares) / 2.0)
 

@@ -63,9 +63,9 @@ class FilmAffinity:
     bias: float  # TOTAL error that it makes in a model otherwise, root mean square [m]
 
     @property
-    def is_significant(self):
+    def is_significant(self) -> bool:
         """Whether chance does not explain it."""
-        return self.p_value < SYSTEMATIC_SIGNIFICANCE
+        return bool(self.p_value < SYSTEMATIC_SIGNIFICANCE)
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class CommonCurvature:
     p_value: float  # joint test of all terms
 
     @property
-    def is_significant(self):
+    def is_significant(self) -> bool:
         """Whether chance does not explain it."""
-        return self.p_value < SYSTEMATIC_SIGNIFICANCE
+        return bool(self.p_value < SYSTEMATIC_SIGNIFICANCE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class ControlScores:
     values: np.ndarray  # shape (n, 2); weight times error [1/m]
     information: np.ndarray  # shape (n, n); of either coordinate [1/m²]
 
-    def without(self, is_free):
+    def without(self, is_free: np.ndarray) -> "ControlScores":
         """The same of the others, where some, (n,), may be as wrong as they like."""
         kept, free = self.information[~is_free], self.information[is_free]
         share = np.linalg.lstsq(free[:, is_free], free[:, ~is_free], rcond=None)[0].T
@@ -124,9 +124,9 @@ class NetworkStrain:
     )
 
     @property
-    def is_significant(self):
+    def is_significant(self) -> bool:
         """Whether chance does not explain it."""
-        return self.p_value < SYSTEMATIC_SIGNIFICANCE
+        return bool(self.p_value < SYSTEMATIC_SIGNIFICANCE)
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class SystematicPatterns:
     )
 
     @property
-    def scores(self):
+    def scores(self) -> "ControlScores | None":
         """What all models know of the control points: ControlScores, or None."""
         return None if self.strain is None else self.strain.scores
 

@@ -64,14 +64,14 @@ class Component:
     standard_error: float
 
     @property
-    def is_contradicted(self):
+    def is_contradicted(self) -> bool:
         """Whether the given size is far from the estimated one."""
         difference = abs(self.estimated - self.given)
         is_significant = difference > LARGE_DIFFERENCE * self.standard_error
         is_large = difference > (MIN_REPORTED_RATIO - 1.0) * self.given
         return bool(is_significant and is_large)
 
-    def facts_of(self, flight):
+    def facts_of(self, flight: str) -> dict[str, str | float]:
         """Facts for a finding on the m_g of a flight, plain numbers in µm."""
         return {
             "flight": str(flight),

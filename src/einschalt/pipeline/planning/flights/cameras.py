@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.language import figure, in_english, mark, translated
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
 
@@ -159,7 +159,6 @@ CAMERAS = {
 """By the name that the command line takes. Sizes after the makers' data sheets."""
 
 
-@in_english
 def camera_preset(name: str) -> CameraPreset:
     """Look up a camera with its usual flights, as ``einschalt plan --camera`` has it.
 

@@ -185,7 +185,7 @@ def plan_precision(
     Notes
     -----
     M is Kovarik's, which is too good for the mean of two coverages: see
-    :func:`einschalt.pipeline.planning.propagation.expected_precision.expect_precision`.
+    :func:`einschalt.expect_precision`.
 
     Examples
     --------
