@@ -163,10 +163,10 @@ class DensificationResult(Result):
         """Points of the solution, each of them judged: DataFrame.
 
         Columns as of the class, with ``standard_error_checked`` (the figure to believe,
-        TOTAL [m]: enlarged where measurements exceed it), and ``is_within_tolerance`` where a tolerance is set.
-        ``is_suspect`` holds points as well that were measured under another name, and
-        known points that contradict the claim. In the system of the results
-        (``output_crs``).
+        TOTAL [m]: enlarged where measurements exceed it), and ``is_within_tolerance``
+        where a tolerance is set. ``is_suspect`` holds points as well that were measured
+        under another name, and known points that contradict the claim. In the system of
+        the results (``output_crs``).
         """
         with one_blas_thread():  # they may be asked for before the assessment
             found = judged_points(self.examination)
