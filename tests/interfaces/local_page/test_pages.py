@@ -118,7 +118,8 @@ def test_the_map_says_what_was_propagated_for_it(visit, root):
 
 def test_a_drone_above_its_limit_is_told(visit, root):
     answer = json.loads(visit(root).get("/plan/figures?camera=uav_one_inch").text)
-    assert answer["said"].startswith("The high flight goes above the 120 m that drones")
+    said = "The high flight, 165 m above ground, is higher than the 120 m that drones "
+    assert answer["said"].startswith(said)
     low = "/plan/figures?camera=uav_one_inch&high_over_low=1.25"
     assert "120 m" not in json.loads(visit(root).get(low).text)["said"]
 

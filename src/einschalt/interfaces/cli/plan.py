@@ -152,7 +152,8 @@ def plan(
         float | None,
         typer.Option(
             show_default="120 for UAVs, else none",
-            help="Target: maximum height of both flights above ground [m].",
+            help="Maximum height of both flights above ground [m]: plans keep it; "
+            "other flights above it are reported.",
         ),
     ] = None,
     expect: Annotated[

@@ -5,9 +5,10 @@ pandas or numba along.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.cli.plan_heights import heights_of_tables, said_of
 from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.pipeline.planning.estimate.text import describe_table
 from einschalt.pipeline.planning.tables.precision_table import (
@@ -69,4 +70,7 @@ def tables(asked: Asked) -> Answer:
         }
 
     scales = table.axes["scale_number"]
-    return Answer(describe_table(table, best), frames, figures, scales)
+    heights = heights_of_tables(asked, scales)
+    warnings = (*map(said_of, heights.problems), *table.warnings)
+    text = describe_table(replace(table, warnings=warnings), best, heights.lines)
+    return Answer(text, frames, figures, scales, notes=heights.problems)

@@ -13,6 +13,12 @@ from einschalt.foundations.language import (
 )
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
+from einschalt.interfaces.cli.plan_heights import (
+    heights_expected,
+    max_height_of,
+    said_of_film,
+    said_of_limit,
+)
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
 from einschalt.interfaces.cli.typed_options import option_of, told_as_typed
@@ -29,6 +35,7 @@ from einschalt.pipeline.planning.estimate.search import (
 )
 from einschalt.pipeline.planning.estimate.text import ONE_COVERAGE
 from einschalt.pipeline.planning.flights.arguments import RANGES, checked_number
+from einschalt.pipeline.planning.flights.cameras import flown_columns
 from einschalt.pipeline.planning.flights.flight_design import FlightDesign
 from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
@@ -201,16 +208,7 @@ def _headline(plan, reached, *, is_recommended):
 
 def said_of_frame(asked):
     """Say which limits and prices are no choice of the planner's."""
-    said = []
-    limit = max_height_of(asked)
-    if limit is None:
-        message = mark("Flying heights have no limit (--max-height).")
-    elif asked["max_height"] is None:
-        message = mark("Up to {limit} m above ground, as usual for it (--max-height).")
-    else:
-        message = mark("Up to {limit} m above ground.")
-    height = "" if limit is None else figure(limit, "g")
-    said.append(translated(message, limit=height))
+    said = [said_of_limit(asked)]
     if "spacing" not in asked.typed:
         message = mark("Distances of the points tried (--spacing): {spacings} m.")
         spacings = ", ".join(figure(one, "g") for one in choices_of(asked).spacing)
@@ -224,17 +222,8 @@ def said_of_frame(asked):
     if "costs" in asked.typed:
         message = mark("Prices: {prices}.")
     said.append(translated(message, prices=each))
-    if asked.flight.preset.pixel_um is None:
-        sampled = figure(asked.flight.preset.sampled_um, "g")
-        message = mark("GSD: of film that is scanned at {pixel} µm.")
-        said.append(translated(message, pixel=sampled))
+    said += filter(None, [said_of_film(asked.flight.preset)])
     return wrapped(" ".join(said), first="  ", indent="    ")
-
-
-def max_height_of(asked):
-    """Limit above ground: what was given, or what is usual for the camera [m]."""
-    given = asked["max_height"]
-    return asked.flight.preset.max_height if given is None else given
 
 
 def scales_of(plan):
@@ -330,11 +319,15 @@ def _rounded_down(scale_number):
 
 def layout(asked: Asked) -> Answer:
     """Answer with the expected precision of one block, over its area."""
-    expected = expect_precision(_design_of(asked))
-    unshifted = _without_shift(expected)
+    design = _design_of(asked)
+    heights = heights_expected(asked, design)
+    expected, unshifted = _expected_of(design)
     rest = expected.summary().removeprefix(expected.verdict)
-    said = "" if expected.design.n_coverages > 1 else f"\n{_of_one_coverage()}"
-    text = f"{expected.verdict}{said}{rest}\n\n{describe_effort(expected)}"
+    said = [wrapped(line, first="  ", indent="    ") for line in heights.lines]
+    if design.n_coverages == 1:
+        said.append(_of_one_coverage())
+    text = "\n".join([expected.verdict, *said])
+    text += f"{rest}\n\n{describe_effort(expected)}"
     if unshifted is not None:
         same = length(unshifted.figures.mean)
         said = translated("With coverages that are not shifted: {same}.", same=same)
@@ -343,22 +336,34 @@ def layout(asked: Asked) -> Answer:
         text,
         lambda: tables_of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
-        [expected.design.scale_number, expected.design.scale_of_high_flight],
-        headline=lambda: _asked_design(expected.design) | expected_figures(expected),
+        [design.scale_number, design.scale_of_high_flight],
+        headline=lambda: _asked_design(asked, design) | expected_figures(expected),
         planned=lambda: (planned_block(expected), None),
-        notes=notes_of(expected.design.n_coverages),
+        notes=(*heights.problems, *notes_of(design.n_coverages)),
     )
+
+
+def _expected_of(design):
+    """Propagate a layout, and the same without shifted coverages, if there is one."""
+    with late_progress() as progress:
+        progress("propagating the layout", 0.0)
+        expected = expect_precision(design)
+        if design.n_coverages > 1:
+            progress("propagating coverages that are not shifted", 0.5)
+        return expected, _without_shift(expected)
 
 
 def _of_one_coverage():
     return wrapped(translated(ONE_COVERAGE), first="  ", indent="    ")
 
 
-def _asked_design(design):
-    """The flights of a layout, for programs."""
+def _asked_design(asked, design):
+    """The flights of a layout, for programs, by the names that a search has."""
     names = ("scale_number", "spacing", "m_g_um", "n_coverages", "control_per_model")
-    asked = {name: getattr(design, name) for name in names}
-    return asked | {"high_scale_number": design.scale_of_high_flight}
+    of_design = {name: getattr(design, name) for name in names}
+    of_design["high_scale_number"] = design.scale_of_high_flight
+    preset, distance = asked.flight.preset, asked.flight.principal_distance
+    return of_design | flown_columns(of_design, distance, preset.sampled_um)
 
 
 def _design_of(asked):

@@ -23,7 +23,7 @@ QUESTIONS = ("tables", "target", "area", "expect")
 COUNTS_FOR = {
     **dict.fromkeys(("m_0", "edge"), ("tables",)),
     **dict.fromkeys(
-        ("where", "by", "costs", "high_over_low", "n_settings", "max_height"),
+        ("where", "by", "costs", "high_over_low", "n_settings"),
         ("target", "area"),
     ),
     **dict.fromkeys(

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.cli.plan_heights import FlownHeights, heights_of
 from einschalt.interfaces.cli.plan_values import flight_of, sides_and_distance
 from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.pipeline.planning.flights.flight_design import (
@@ -28,6 +29,7 @@ class Asked:
 
     experiment: Experiment
     planned: float | None = None
+    heights: FlownHeights | None = None  # of a camera's flight
 
 
 def asked_of(options) -> Asked:
@@ -100,7 +102,9 @@ def _of_camera(options):
         side_overlap=model.side_overlap,
         **{name: given[name] for name in names if name in given},
     )
-    return Asked(_experiment(PlannedBlock(design, float("nan")), options))
+    heights = heights_of(design, preset, preset.max_height, command="simulate")
+    planned = PlannedBlock(design, float("nan"))
+    return Asked(_experiment(planned, options), heights=heights)
 
 
 def _of_plan(options):

@@ -7,6 +7,7 @@ from starlette.responses import JSONResponse
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.typesetting import length, number
@@ -25,7 +26,7 @@ from einschalt.pipeline.planning.estimate.search import (
     find_plans,
 )
 from einschalt.pipeline.planning.estimate.text import LIMITS
-from einschalt.pipeline.planning.flights.cameras import CAMERAS
+from einschalt.pipeline.planning.flights.cameras import CAMERAS, said_of_height
 from einschalt.pipeline.planning.propagation.expected_precision import expect_precision
 
 CAMERA = "film_wide"
@@ -188,13 +189,8 @@ def figures_of(asked):
 
 def _too_high(camera, plan):
     """Say that a flight goes above what the camera's carrier may usually fly."""
-    limit = CAMERAS[camera].max_height
-    if limit is None or plan["high_flying_height"] <= limit * (1.0 + ROUNDED):
-        return ""
-    message = mark(
-        "The high flight goes above the {limit} m that drones may usually fly."
-    )
-    return f"{translated(message, limit=figure(limit, '.0f'))} "
+    said = said_of_height(plan, CAMERAS[camera].max_height)
+    return f"{retold(said)} " if said else ""
 
 
 def map_of(asked):

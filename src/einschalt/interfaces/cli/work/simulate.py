@@ -1,9 +1,10 @@
 """What ``einschalt simulate`` does."""
 
 from einschalt.foundations.language import mark, translated
+from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
-from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.cli.progress import late_progress, late_steps
 from einschalt.interfaces.cli.simulated_design import Asked, asked_of
 from einschalt.interfaces.files.block_writing import require_block_place
@@ -33,15 +34,25 @@ def simulate(
         options[f"{flight}_gross_error_um"] = options["gross_error_um"]
     if repeat is not None:
         engine = python_api.chosen_engine(scheduler, workers)
-        _repeat(asked_of(options), repeat, seed, engine, output, overwrite=overwrite)
+        asked = _told_of_heights(asked_of(options))
+        _repeat(asked, repeat, seed, engine, output, overwrite=overwrite)
         return
     require_block_place(output, overwrite=overwrite)
-    asked = asked_of(options)
+    asked = _told_of_heights(asked_of(options))
     block = _write_block(asked, seed, output, overwrite=overwrite)
     if asked.planned is not None:
         report(planned=asked.planned)
         if compare:
             _compare(asked.planned, block)
+
+
+def _told_of_heights(asked: Asked) -> Asked:
+    """Say how high a camera's flight is, before the work, which may be waited for."""
+    if asked.heights is not None:
+        for line in asked.heights.lines:
+            print_out(wrapped(line, indent="  "))
+        report_problems(*asked.heights.problems)
+    return asked
 
 
 def _write_block(asked: Asked, seed, output, *, overwrite):

@@ -178,7 +178,7 @@ ALLOWED_IN_FRAME = {
     "high_over_low_m_g": Range(0.01, 100),
 }
 ALLOWED_WHERE_GIVEN = {
-    "max_height": Range(5, 20_000, "metres above ground"),
+    "max_height": RANGES["max_height"],
     "sampled_um": Range(0.3, 100, "micrometres in the image"),
 }
 

@@ -75,13 +75,14 @@ OF_PLANS = mark(
 )
 
 
-def describe_table(table, best) -> str:
+def describe_table(table, best, flown=()) -> str:
     """Write a table of precision as aligned text.
 
-    ``best`` has the columns of the scales that are best for the edge.
+    ``best`` has the columns of the scales that are best for the edge, ``flown`` are
+    lines on how high flights at its scales are.
     """
     parts = [
-        _head(table),
+        _head(table, flown),
         problems(table.warnings),
         _points_alone(table),
         _points(table),
@@ -101,7 +102,7 @@ def problems(warnings) -> str:
     return "\n".join([translated("Problems and suggestions"), *(said or [none])])
 
 
-def _head(table):
+def _head(table, lines):
     model = table.model
     title = translated(
         "Precision before the flight: {kind}, edge = {edge}, "
@@ -122,7 +123,7 @@ def _head(table):
         "points counted on {sides} mm of the image; all errors are total",
         sides=_sides_in_mm(model.extent),
     )
-    return f"{title}\n  {flown}\n  {counted}"
+    return "\n  ".join([title, flown, *lines, counted])
 
 
 def _sides_in_mm(sides):

@@ -52,6 +52,7 @@ RANGES = {
         likely_slip="Did you give centimetres? 5 cm are 0.05",
         slips=(1, 100),
     ),
+    "max_height": Range(5, 20_000, "metres above ground"),
 }
 MOST_COMBINATIONS = 20_000_000
 SIDES = Range(1e-3, 1e15)  # and size of an area

@@ -1,6 +1,7 @@
 """Cameras with their usual flights: what a planner need not look up.
 
-And how high a flight with them is above ground, and how large a pixel is there.
+And how high a flight with them is above ground, how large a pixel is there, and
+whether it may be flown so high.
 """
 
 from dataclasses import dataclass
@@ -8,15 +9,37 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning.flights.points_in_models import BELOW, downwards
 
 FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
 FILM_SPACINGS = (200.0, 300.0, 400.0)
 FILM_M_G_UM = (10.0, 5.0)
 FILM_M_0 = (0.10, 0.20)
 SCANNED_UM = 15.0  # of film, as photogrammetric scanners do
+
+# whether the limit was given, and which flights are above it
+TOO_HIGH = mark_each(
+    {
+        (False, "high"): "The high flight, {high} m above ground, is higher than the "
+        "{limit} m that drones may usually fly.",
+        (False, "both"): "Both flights, {low} and {high} m above ground, are higher "
+        "than the {limit} m that drones may usually fly.",
+        (False, "scales"): "Flights at {scale} are {high} m above ground, which is "
+        "higher than the {limit} m that drones may usually fly.",
+        (True, "high"): "The high flight, {high} m above ground, is higher than the "
+        "limit of {limit} m.",
+        (True, "both"): "Both flights, {low} and {high} m above ground, are higher "
+        "than the limit of {limit} m.",
+        (True, "scales"): "Flights at {scale} are {high} m above ground, which is "
+        "higher than the limit of {limit} m.",
+    }
+)
+MOST_DECIMALS = 6  # of heights, as many as show that they are above a limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,4 +242,50 @@ def describe_heights(plan) -> str:
         high=figure(plan["high_flying_height"], ".0f"),
         gsd=length(plan["gsd"]),
         high_gsd=length(plan["high_gsd"]),
+    )
+
+
+def said_of_height(plan, limit, *, is_given=False) -> str:
+    """Say which flights are higher than a limit above ground, or "".
+
+    ``plan`` has flying_height and high_flying_height [m]; ``limit`` is None where there
+    is none [m]. ``is_given``: by the planner; else it is what the camera's carrier may
+    usually fly. The text is English, and to be retold.
+    """
+    heights = {"low": plan["flying_height"], "high": plan["high_flying_height"]}
+    if limit is None or heights["high"] <= limit * BELOW:
+        return ""
+    which = "both" if heights["low"] > limit * BELOW else "high"
+    shown = {name: _above(height, limit) for name, height in heights.items()}
+    return kept(TOO_HIGH[is_given, which], limit=f"{limit:g}", **shown)
+
+
+def said_of_scales(scale_numbers, principal_distance, limit, *, is_given=False) -> str:
+    """Say the same of flights at several scales, by the highest of them, or ""."""
+    highest = float(np.max(scale_numbers))
+    height = principal_distance * highest
+    if limit is None or height <= limit * BELOW:
+        return ""
+    facts = {"limit": f"{limit:g}", "high": _above(height, limit)}
+    return kept(TOO_HIGH[is_given, "scales"], scale=f"1:{highest:.0f}", **facts)
+
+
+def _above(height, limit):
+    """Write a height; one above a limit is seen to be so [m]."""
+    if height <= limit:
+        return f"{height:.0f}"
+    written = (f"{height:.{n}f}" for n in range(MOST_DECIMALS))
+    return next((text for text in written if float(text) > limit), f"{height:g}")
+
+
+def problem_of_height(said, limit, principal_distance, remedy) -> EinschaltError:
+    """Make what is said of flights above a limit [m] a problem for programs.
+
+    ``remedy``: a message with a place for {most}, the scale number that keeps it.
+    """
+    most = downwards(limit / principal_distance, 4)
+    return EinschaltError(
+        said.rstrip("."),
+        expected=kept("at most {limit} m above ground", limit=f"{limit:g}"),
+        remedy=kept(remedy, most=most),
     )
