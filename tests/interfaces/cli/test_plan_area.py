@@ -185,6 +185,27 @@ def test_options_of_areas_are_named_where_there_is_none(invoke):
     assert "Not used for the tables: --crs." in shown.stdout
 
 
+def test_a_limit_over_ground_without_heights_is_told(invoke, folder):
+    asked = ("plan", "--target", "8cm", "--area", folder / "area.geojson", *SMALL)
+    asked = (*asked, "--n-coverages", 2, "--json")
+    level = "The ground was taken to be level: to keep 3000 m above it over relief"
+    for options, is_told in (
+        (("--max-height", 3000), True),
+        ((), False),
+        (("--max-height", 3000, "--ground-heights", folder / "ground.xyz"), False),
+    ):
+        shown = invoke(*asked, *options)
+        assert shown.exit_code == 0, shown.stderr
+        assert (level in " ".join(shown.stderr.split())) == is_told
+        problems = json.loads(shown.stdout)["problems"]
+        found = [problem["found"] for problem in problems]
+        assert ("the ground was taken to be level" in found) == is_told
+        assert len(found) == is_told
+    shown = invoke(*asked[:-1], "--max-height", 3000, "--language", "de")
+    said = " ".join(shown.stdout.split())
+    assert "Das Gelände wurde als eben angenommen: damit 3000 m darüber" in said
+
+
 def test_ground_that_is_too_high_is_refused(invoke, folder, tmp_path):
     table = np.loadtxt(folder / "ground.xyz")
     table[:, 2] += 0.3 * (table[:, 0] - CENTRE[0])

@@ -1,6 +1,6 @@
 """An answer of ``einschalt plan``: the flight plan over an area."""
 
-from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.errors import EinschaltError, ProjectionError
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import number, wrapped
@@ -58,8 +58,24 @@ def over_area(asked: Asked) -> Answer:
         files=lambda folder: _write_maps(plan, folder),
         planned=lambda: (planned_block(plan, name=_name_of(asked)), frame),
         problem=problem_of(plan.checked, plan.search),
-        notes=notes_of(plan.checked.plan["n_coverages"]),
+        notes=(
+            *notes_of(plan.checked.plan["n_coverages"]),
+            *_notes_of_ground(plan),
+        ),
     )
+
+
+def _notes_of_ground(plan):
+    """Say for programs that a limit of height counts above level ground."""
+    limit = plan.frame.max_height
+    if limit is None or plan.heights is not None:
+        return ()
+    note = EinschaltError(
+        "the ground was taken to be level",
+        expected=f"heights of the terrain, to keep {limit:g} m above it",
+        remedy="Give --ground-heights",
+    )
+    return (note,)
 
 
 def _of_costs(plan):

@@ -178,6 +178,17 @@ def said_of_limit(flown, plan, limit):
     )
 
 
+def said_of_level_ground(limit):
+    """Say that a limit of height [m] counts above level ground, or "" without one."""
+    if limit is None:
+        return ""
+    return kept(
+        "The ground was taken to be level: to keep {limit} m above it over relief, "
+        "give its heights (--ground-heights).",
+        limit=f"{limit:g}",
+    )
+
+
 def require_above_ground(photographs, plan, heights):
     """Refuse lines that lead through the ground, be it beside the area.
 

@@ -24,6 +24,7 @@ from einschalt.pipeline.planning.area.flight_plan import (
     flight_plan,
     require_above_ground,
     require_overlap,
+    said_of_level_ground,
     said_of_limit,
 )
 from einschalt.pipeline.planning.area.high_ground import remedy_above
@@ -396,7 +397,8 @@ def _whole(area, plan, found, frame, ground):
     as_flown = {"follows": follows, "photographs": layout.photographs}
     flown = flight_plan(layout, plan, frame, heights, **as_flown)
     if heights is None:
-        return layout, flown, []
+        said = said_of_level_ground(frame.max_height)
+        return layout, flown, [said] if said else []
     said = [
         require_overlap(flown.photographs, plan, layout, heights),
         require_cover(layout),
