@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
-from einschalt.pipeline.planning.flights.arguments import RANGES, checked_number
+from einschalt.pipeline.planning.flights.arguments import MAX_HEIGHT, RANGES
 from einschalt.pipeline.planning.flights.cameras import (
     describe_heights,
     flown_columns,
@@ -55,7 +55,9 @@ def max_height_of(asked):
     given = asked["max_height"]
     if given is None:
         return asked.flight.preset.max_height
-    return checked_number("max_height", given)
+    if given not in MAX_HEIGHT:
+        raise SettingsError(f"max_height = {given:g}", expected=str(MAX_HEIGHT))
+    return given
 
 
 def heights_expected(asked, design) -> FlownHeights:

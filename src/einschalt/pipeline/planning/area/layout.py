@@ -19,7 +19,12 @@ from einschalt.pipeline.planning.estimate.possible_layouts import (
     models_over,
     widest_spacing,
 )
-from einschalt.pipeline.planning.flights.flight_design import FlightDesign, usable_model
+from einschalt.pipeline.planning.flights.flight_design import (
+    LEAST_POINTS_PER_MODEL,
+    NODES_IN_A_MODEL,
+    FlightDesign,
+    usable_model,
+)
 from einschalt.pipeline.planning.flights.points_in_models import downwards
 from einschalt.pipeline.simulation.geometry import RANGES as BLOCK_RANGES
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -40,13 +45,9 @@ LEAST_SHARE = 0.25
 """Of the model in the area: smaller ones are flown only where nothing else covers."""
 LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
 SAME_STRIP = 1e-6  # of half a model: models whose middles differ less are in one strip
-NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
-"""Of a lattice of control so dense that a model of the high flight, its whole overlap,
-holds enough of it wherever it lies."""
 REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
-LEAST_POINTS = 4
 SURELY_ENOUGH = 0.65
 """Of an area, where a spacing is advised: points that are scattered about a lattice may
 be fewer in a small area than its size says."""
@@ -87,11 +88,11 @@ class AreaLayout:
         layout = self.flights[flight]
         n_points = np.bincount(layout.model, minlength=layout.n_models)
         if flight == "low_flight":
-            return _only(layout, n_points >= LEAST_POINTS)
+            return _only(layout, n_points >= LEAST_POINTS_PER_MODEL)
         is_control = self.is_control[layout.point]
         n_control = np.bincount(layout.model[is_control], minlength=layout.n_models)
         is_enough = n_points >= self.geometry.control_per_model
-        return _only(layout, is_enough & (n_control >= LEAST_POINTS))
+        return _only(layout, is_enough & (n_control >= LEAST_POINTS_PER_MODEL))
 
     @property
     def n_left_out(self) -> int:

@@ -37,6 +37,7 @@ from einschalt.pipeline.planning.estimate.work import (
     work_for_each_km2,
 )
 from einschalt.pipeline.planning.flights.arguments import (
+    MAX_HEIGHT,
     RANGES,
     checked_axis,
     checked_number,
@@ -178,7 +179,7 @@ ALLOWED_IN_FRAME = {
     "high_over_low_m_g": Range(0.01, 100),
 }
 ALLOWED_WHERE_GIVEN = {
-    "max_height": RANGES["max_height"],
+    "max_height": MAX_HEIGHT,
     "sampled_um": Range(0.3, 100, "micrometres in the image"),
 }
 

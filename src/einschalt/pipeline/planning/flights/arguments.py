@@ -18,7 +18,7 @@ PER_CENT = "Did you give per cent?"
 # what may be meant for them: from 2 % on, since 101 % are per cent that were understood
 OF_PER_CENT = (2.0, 100.0)
 RANGES = {
-    # of scales and spacings what a layout takes as well: a test compares them
+    # of scales, spacings and cameras what a layout takes as well: a test compares them
     "scale_number": Range(
         *(100, 200_000),
         likely_slip="Give the denominator: 8000 for 1:8000",
@@ -40,7 +40,7 @@ RANGES = {
         slips=(5e-8, 0.5),
     ),
     "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM, slips=(2, 1000)),
-    "principal_distance": Range(0.002, 2, "metres", likely_slip=IN_MM, slips=(2, 2000)),
+    "principal_distance": Range(0.002, 1, "metres", likely_slip=IN_MM, slips=(2, 1000)),
     "forward_overlap": Range(
         *(0.01, 0.99, "of the image"), likely_slip=PER_CENT, slips=OF_PER_CENT
     ),
@@ -52,8 +52,8 @@ RANGES = {
         likely_slip="Did you give centimetres? 5 cm are 0.05",
         slips=(1, 100),
     ),
-    "max_height": Range(5, 20_000, "metres above ground"),
 }
+MAX_HEIGHT = Range(5, 20_000, "metres above ground")
 MOST_COMBINATIONS = 20_000_000
 SIDES = Range(1e-3, 1e15)  # and size of an area
 ROUNDED = 1.0 + 1e-9

@@ -24,13 +24,18 @@ from einschalt.theory.planning.kovarik_precision import (
     PlannedPrecision,
     planned_precision,
 )
+from einschalt.theory.planning.leverage import LEAST_POINTS
 
 HIGH_OVER_LOW_SCALE = 15_000 / 8_000  # as at Neukirchen: 1:15000 above 1:8000
 RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
 HIGH_FOOTPRINTS = 3.0
 LEAST_ROWS, MOST_ROWS = 16, 70
 SHORTEST_SIDE = BLOCK_RANGES["width"].low  # metres, of an extent that is left out
-LEAST_POINTS_PER_MODEL = 4
+LEAST_POINTS_PER_MODEL = max(LEAST_POINTS.values()) + 1
+"""That a layout has in a model: more than any transformation needs, for residuals."""
+NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
+"""By control per model: nodes of a lattice of control so dense that a model of the high
+flight, its whole overlap, holds enough of it wherever it lies."""
 MOST_WORK = 1e7
 """Values times pairs of models at a point: a second of propagation at most."""
 
