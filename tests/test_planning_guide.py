@@ -13,10 +13,8 @@ from einschalt.interfaces.cli.main import app
 from einschalt.pipeline.planning.flights.cameras import CAMERAS
 
 ROOT = Path(__file__).parents[1]
-SECTIONS = dict(
-    part.split("\n", 1)
-    for part in (ROOT / "docs" / "planning.md").read_text("utf-8").split("\n## ")[1:]
-)
+INTRODUCTION, *PARTS = (ROOT / "docs" / "planning.md").read_text("utf-8").split("\n## ")
+SECTIONS = dict(part.split("\n", 1) for part in PARTS)
 FENCED = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 # what a block of the page is the content of
 FILES = {"csv": "heights.csv", "json": "region.geojson", "xyz": "ground.xyz"}

@@ -1,89 +1,119 @@
 """Every command and code block of the site and the README runs.
 
-What the tests of single pages run and compare is left to them: the tutorials
-(test_site), the planning guide (test_planning_guide), the README's result and
-docs/summary.md (test_readme), docs/figures.md (test_figures of the notebook) and the
-theory (test_docs). All others run here, at a desk where the files lie that they name.
+What the tests of single pages run and compare is left to them, block by block (see
+``ELSEWHERE``). All others run here, at a desk where the files lie that they name; so do
+the examples of every command, which stand in its help and on the page Commands.
 """
 
 import contextlib
+import doctest
 import io
-import os
 import re
-import shlex
 import shutil
-import signal
-import socket
 import subprocess
 import sys
-import time
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pandas as pd
-import pyogrio
 import pytest
 import tomli_w
-from tests.test_site import DOCS, FENCED, NOTEBOOKS, PAGES, ROOT, WALKS
-from typer.testing import CliRunner
+from tests import site_desk
+from tests.site_desk import (
+    ADDRESS,
+    OTHER_TARGETS,
+    PORT,
+    SMALLER,
+    free_port,
+    lines_of,
+    of_ci,
+    run,
+    started_computers,
+)
+from tests.test_docs import THEORY_EXAMPLES
+from tests.test_planning_guide import FENCED as FENCED_IN_THE_GUIDE
+from tests.test_planning_guide import SECTIONS
+from tests.test_readme import README, SUMMARY, fenced
+from tests.test_site import CELL, DOCS, FENCED, PAGES, ROOT, WALKS, extension
 
 import einschalt as es
-from einschalt.interfaces.cli.main import app
+from einschalt.interfaces.cli.main import COMMANDS
 from einschalt.interfaces.cli.work import init as work_of_init
 
-RUN_ELSEWHERE = {
-    *("planning", "summary", "figures", "theory/transformation"),
-    *NOTEBOOKS,
+SITE = {**PAGES, "README": README}
+# page and code of what other tests run, from the lists that they run
+ELSEWHERE = {
+    *(
+        ("planning", c)
+        for s in SECTIONS.values()
+        for _, c in FENCED_IN_THE_GUIDE.findall(s)
+    ),
+    *(
+        (page, code)
+        for page, text in (("README", README), ("summary", SUMMARY))
+        for code in (*fenced("python", text), *fenced("text", text))
+    ),
+    *(
+        (f"theory/{page.removesuffix('.md')}", text)
+        for page, *both in THEORY_EXAMPLES
+        for text in both
+    ),
+    # commands in turn, with the files that they want and what they print
+    *(
+        (page, code)
+        for page in WALKS
+        for language, code in FENCED.findall(PAGES[page])
+        if language in {"sh", "toml", "text"}
+    ),
 }
-# sizes and addresses of large computers, as they are tried here
-SMALLER = {
-    "--repeat 2000": "--repeat 2",
-    "--repeat 20 ": "--repeat 2 ",
-    'Experiment("neukirchen"), 20,': 'Experiment("demo"), 2,',
-    "--nworkers 8": "--nworkers 1",
-}
-ADDRESS, PORT = "10.0.0.5", "8786"  # the scheduler listens there without being told
-ANSWERS = "EPSG:31255\n\n\n"  # the suggested sizes of errors
+# directives of the site; of code there are the cells of the notebooks
+DIRECTIVES = {"toctree", "image", "eval-rst", "grid", "grid-item-card", "include"}
+CELLS = "{code-cell} python"
+FENCE = re.compile(r"^[ \t>*+-]*(`{3,}|~{3,}|:{3,})[ \t]*(.*?)[ \t]*$", re.MULTILINE)
+DIRECTIVE = re.compile(r"^(`{3})(\{.*?\}.*)\n(?:.*\n)*?\1$", re.MULTILINE)
+OF_RST = re.compile(
+    r"^ *\.\. [\w-]*(?:code|prompt|literal)[\w-]*::|^(?! *\.\.).*[^:]::$|>>>",
+    re.MULTILINE,
+)
+EXTENSIONS = [
+    file
+    for file in sorted((DOCS / "_ext").glob("*.py"))
+    if ">>>" in file.read_text("utf-8")
+]
+EXAMPLES = [
+    example
+    for name in COMMANDS
+    for example in import_module(f"einschalt.interfaces.cli.{name}").EXAMPLES
+]
 
 
-def blocks_of(language, *, walks=True):
+def blocks_of(*languages):
     """Page and code of all blocks that no other test runs."""
-    pages = {**PAGES, "README": (ROOT / "README.md").read_text("utf-8")}
-    elsewhere = RUN_ELSEWHERE | (set() if walks else set(WALKS))
     return [
         pytest.param(name, code, id=f"{name} {k + 1}")
-        for name, text in pages.items()
-        if name not in elsewhere
-        for k, (one, code) in enumerate(FENCED.findall(text))
-        if one in language
+        for name, text in SITE.items()
+        for k, (language, code) in enumerate(FENCED.findall(text))
+        if language in languages and (name, code) not in ELSEWHERE
     ]
+
+
+COMMAND_BLOCKS = blocks_of("sh", "console")
+ALONE = [one for one in COMMAND_BLOCKS if one.values[0] not in WALKS]
+BEHIND_WALKS = [one for one in COMMAND_BLOCKS if one.values[0] in WALKS]
+PYTHON = blocks_of("python")
+PLUGINS = [one for one in blocks_of("toml") if "entry-points" in one.values[1]]
+PIECES = [one for one in blocks_of("toml") if one not in PLUGINS]
+RUN_ON_PAGES = {
+    line for one in ALONE for line in one.values[1].replace("\\\n", " ").splitlines()
+}
 
 
 @pytest.fixture(scope="module")
 def cupboard(tmp_path_factory):
     """Files that are made once."""
     folder = tmp_path_factory.mktemp("cupboard")
-    block = es.simulate_block("demo", seed=1)
-    block.write(folder / "BLOCK")
-    for name in ("north", "south"):
-        shutil.copytree(folder / "BLOCK", folder / "BLOCKS" / name)
-    es.densify(block).write(folder / "out")
-    shutil.copytree(folder / "out", folder / "RESULT")
-    for flight in ("high", "low"):
-        shutil.copy(folder / "BLOCK" / f"{flight}_flight.csv", folder / f"{flight}.csv")
-    control = pd.read_csv(folder / "BLOCK" / "control_points.csv", dtype=str)
-    for name in ("points.xlsx", "control.xlsx"):
-        control.to_excel(folder / name, index=False, engine="xlsxwriter")
-    for file in (DOCS / "tutorials" / "files").iterdir():
-        shutil.copy(file, folder)
-    meta, table = pyogrio.read_arrow(folder / "area.geojson")
-    options = {"crs": meta["crs"], "geometry_type": "Polygon"}
-    pyogrio.write_arrow(
-        table,
-        folder / "area.gpkg",
-        geometry_name=meta["geometry_name"] or "wkb_geometry",
-        **options,
-    )
+    site_desk.fill(folder)
     return folder
 
 
@@ -94,23 +124,12 @@ def desk(cupboard, tmp_path, monkeypatch, batches_here):
     (tmp_path / "Makefile").symlink_to(ROOT / "Makefile")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(work_of_init, "_is_terminal", lambda: True)
-
-    def lay_out(code):
-        for one in cupboard.iterdir():
-            copy = shutil.copytree if one.is_dir() else shutil.copy
-            makes = rf"(init|--output|--to( \S+)*) {re.escape(one.name)}(?!\S)"
-            if not re.search(makes, code) or f"--from {one.name}" in code:
-                copy(one, tmp_path / one.name)
-
-    return lay_out
+    return lambda code: site_desk.lay_out(cupboard, tmp_path, code)
 
 
 @pytest.fixture(scope="module")
 def port():
-    """Of these tests alone: others run at the same time."""
-    with socket.socket() as asked:
-        asked.bind(("127.0.0.1", 0))
-        return asked.getsockname()[1]
+    return free_port()
 
 
 @pytest.fixture(scope="module")
@@ -136,28 +155,41 @@ def starting(cluster):
         )
 
 
-def lines_of(code, port):
-    text = code.replace("\\\n", " ") + "\n"
-    here = {
-        f"--host {ADDRESS}": f"--host 127.0.0.1 --port {port}",
-        f"{ADDRESS}:{PORT}": f"127.0.0.1:{port}",
-    }
-    for large, small in {**SMALLER, **here}.items():
-        text = text.replace(large, small)
-    return [line for line in text.splitlines() if line.partition("#")[0].strip()]
-
-
-@pytest.mark.parametrize(("page", "code"), blocks_of({"sh", "console"}, walks=False))
-def test_commands_run(page, code, desk, port, starting):
-    desk(code)
+def run_lines(code, port, starting):
     before = []
     if ADDRESS in code and "dask scheduler" not in code:  # of an earlier block
-        before = re.findall(r"^dask .*", PAGES[page], re.MULTILINE)
+        before = re.findall(r"^dask .*", PAGES["batch"], re.MULTILINE)
     for line in lines_of("\n".join([*before, code]), port):
         run(line, starting)
 
 
-@pytest.mark.parametrize("page", [n for n in WALKS if "```console\n" in PAGES[n]])
+@pytest.mark.parametrize(("page", "code"), ALONE)
+def test_commands_run(page, code, desk, port, starting):
+    desk(code)
+    run_lines(code, port, starting)
+
+
+@pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in RUN_ON_PAGES])
+def test_examples_of_commands_run(example, desk, port, starting):
+    desk(example)
+    port = free_port() if "--port" in example else port
+    run_lines(example, port, starting)
+
+
+def test_the_page_of_commands_has_these_examples_and_no_other_code():
+    page = extension("generated_reference").command_page()
+    blocks = FENCED.findall(page)
+    assert {language for language, _ in blocks} == {"sh", "text"}
+    usages = [code for language, code in blocks if language == "text"]
+    assert [usage.split()[:2] for usage in usages] == [
+        ["einschalt", name] for name in COMMANDS
+    ]
+    shown = "".join(code for language, code in blocks if language == "sh")
+    lines = re.sub(r" \\\n *", " ", shown).splitlines()
+    assert lines == EXAMPLES
+
+
+@pytest.mark.parametrize("page", sorted({one.values[0] for one in BEHIND_WALKS}))
 def test_console_blocks_of_tutorials_run(page, desk, port, starting):
     """Behind the commands of their page; what these print is compared elsewhere."""
     blocks = [c for one, c in FENCED.findall(PAGES[page]) if one in {"sh", "console"}]
@@ -182,75 +214,28 @@ def test_computers_of_two_tests_listen_at_ports_of_their_own():
     assert told == {"scheduler", "worker", "batch", "simulate"}
 
 
-def run(line, starting):
-    """Run one command as it is written."""
-    program, *words = shlex.split(line, comments=True)
-    if program == "make":
-        makefile = Path("Makefile").read_text("utf-8")
-        assert re.search(rf"^{words[0]}:", makefile, re.MULTILINE)  # the tests' own
-    elif program == "pip":
-        (extra,) = re.findall(r"\[(\w+)\]", words[-1])
-        described = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-        assert extra in described["project"]["optional-dependencies"]
-    elif program == "dask" or words[0] == "serve":
-        starting(program, words)
-    else:
-        assert program == "einschalt", line
-        shown = CliRunner().invoke(app, words, input=ANSWERS)
-        assert shown.exit_code == 0, f"{line}\n{shown.output}"
-        assert shown.stdout, line
+def test_the_one_check_runs_the_targets_that_the_pages_name():
+    """And in the order in which a reader does: the demo first."""
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    assert of_ci() | set(OTHER_TARGETS) <= targets
+    assert not of_ci() & set(OTHER_TARGETS)
+    called = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert called.index("\nmake demo\n") < called.index("\nmake test\n")
 
 
-@contextlib.contextmanager
-def started_computers():
-    """Commands that run until they are ended, each started and seen to work."""
-    running = []
-
-    def start(program, words):
-        module = {"dask": "dask", "einschalt": "einschalt"}[program]
-        if words[0] == "serve":
-            words += ["--no-browser"]
-        command = [sys.executable, "-m", module, *words]
-        log = Path(f"{program}-{words[0]}.log")
-        with log.open("w", encoding="utf-8") as file:
-            # as one group: a worker has helpers of its own
-            running.append(
-                subprocess.Popen(
-                    command, stdout=file, stderr=file, start_new_session=True
-                )
-            )
-        said = {"scheduler": "Scheduler at", "worker": "Registered to", "serve": "http"}
-        wait_for(said[words[0]], log, running[-1])
-
-    try:
-        yield start
-    finally:
-        for process in reversed(running):
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGTERM)
-        for process in running:
-            process.wait(30)
-
-
-def wait_for(said, log, process):
-    for _ in range(600):
-        if said in log.read_text("utf-8"):
-            return
-        assert process.poll() is None, log.read_text("utf-8")
-        time.sleep(0.1)
-    raise AssertionError(log.read_text("utf-8"))
-
-
-@pytest.mark.parametrize(
-    ("page", "code"),
-    [one for one in blocks_of({"python"}) if one.values[0] != "README"],
-)
+@pytest.mark.parametrize(("page", "code"), PYTHON)
 def test_python_runs(page, code, desk):
     desk(code)
     for large, small in SMALLER.items():
         code = code.replace(large, small)
-    with contextlib.redirect_stdout(io.StringIO()):
-        exec(compile(code, page, "exec"), {})
+    if "os.environ" in code:  # of the libraries of a process of its own
+        subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    else:
+        with contextlib.redirect_stdout(io.StringIO()):
+            exec(compile(code, page, "exec"), {})
+    for picture in re.findall(r"savefig\(\"(.*?)\"", code):
+        assert Path(picture).stat().st_size > 10_000
 
 
 def tables_as_the_pages_name_them(code):
@@ -276,13 +261,6 @@ def merged(whole, part):
         is_table = isinstance(value, dict) and isinstance(whole.get(key), dict)
         whole[key] = merged(whole[key], value) if is_table else value
     return whole
-
-
-PIECES = [
-    one
-    for one in blocks_of({"toml"}, walks=False)
-    if "entry-points" not in one.values[1]
-]
 
 
 @pytest.mark.parametrize(("page", "code"), PIECES)
@@ -313,12 +291,85 @@ def test_pieces_of_a_block_file_are_read(page, code, cupboard, tmp_path, monkeyp
     assert len(block.low_flight.image_points if of_images else block.control_points)
 
 
+@pytest.mark.parametrize(("page", "code"), PLUGINS)
+def test_a_writer_of_ones_own_is_found_by_its_entry_point(
+    page, code, desk, tmp_path, monkeypatch
+):
+    """A package with the entry point of the page, as pip installs it."""
+    desk(code)
+    ((group, points),) = tomllib.loads(code)["project"]["entry-points"].items()
+    ((name, place),) = points.items()
+    module, function = place.split(":")
+    Path(f"{module}.py").write_text(
+        f"def {function}(handed, path):\n    path.write_text(str(len(handed.points)))\n"
+    )
+    described = Path(f"{module}-1.0.dist-info")
+    described.mkdir()
+    (described / "METADATA").write_text(f"Name: {module}\nVersion: 1.0\n")
+    (described / "entry_points.txt").write_text(f"[{group}]\n{name} = {place}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    (written,) = es.export("RESULT", f"points{name}")
+    assert int(written.path.read_text()) > 50
+
+
 def test_no_block_of_the_site_is_left_out():
-    """Every language is data, output, or run by a test that this file names."""
-    languages = {one for text in PAGES.values() for one, _ in FENCED.findall(text)}
-    run_here = {"sh", "console", "python", "toml"}
-    data_of_the_planning_guide = {"json", "xyz", "csv"}
-    assert languages <= run_here | data_of_the_planning_guide | {"text"}
-    for name, text in PAGES.items():
-        if data_of_the_planning_guide & {one for one, _ in FENCED.findall(text)}:
-            assert name == "planning"
+    """Every block is run by a test that is named here."""
+    run_here = {
+        one.values
+        for blocks in (ALONE, BEHIND_WALKS, PYTHON, PIECES, PLUGINS)
+        for one in blocks
+    }
+    left = [
+        (name, language, code)
+        for name, text in SITE.items()
+        for language, code in FENCED.findall(text)
+        if (name, code) not in run_here | ELSEWHERE
+    ]
+    assert left == []
+
+
+@pytest.mark.parametrize("page", SITE)
+def test_every_fence_of_a_page_is_a_block_a_cell_or_a_directive(page):
+    """Indented ones, with tildes, or without a language, no test would see."""
+    assert unknown_fences(SITE[page]) == []
+    cells = SITE[page].count("{code-cell}")
+    assert cells == len(CELL.findall(SITE[page]))
+
+
+def unknown_fences(text):
+    """Lines that open code which FENCED and CELL do not find."""
+    unknown, rest = [], DIRECTIVE.sub(r"\1\2", FENCED.sub("", text))
+    for sign, said in FENCE.findall(rest):
+        directive = re.match(r"\{([\w-]+)\}", said)
+        is_known = directive and directive[1] in DIRECTIVES
+        closes = sign[0] == ":" and not said
+        if not (is_known or closes or said == CELLS):
+            unknown.append(sign + said)
+    if OF_RST.search(text):
+        unknown.append("code of reStructuredText")
+    return unknown
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        "```\neinschalt\n```\n",
+        "~~~sh\neinschalt\n~~~\n",
+        "- so:\n\n  ```sh\n  einschalt\n  ```\n",
+        "````sh\neinschalt\n````\n",
+        "``` sh\neinschalt\n```\n",
+        "```{code-block} sh\neinschalt\n```\n",
+        ":::{code-block} sh\neinschalt\n:::\n",
+        "```{code-cell} ipython3\n1\n```\n",
+        "```{eval-rst}\n.. code-block:: sh\n\n   einschalt\n```\n",
+    ],
+)
+def test_a_block_that_no_test_runs_is_seen(block):
+    assert unknown_fences(f"# A page\n\n{block}\nText.\n")
+
+
+@pytest.mark.parametrize("file", EXTENSIONS, ids=lambda f: f.stem)
+def test_examples_of_the_extensions_run(file):
+    failed, tried = doctest.testmod(extension(file.stem))
+    assert failed == 0
+    assert tried > 0

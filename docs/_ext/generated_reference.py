@@ -104,7 +104,7 @@ def _command(name):
     blocks = dict(_sections(printed))
     if "Options" not in blocks:
         raise RuntimeError(f"einschalt {name} --help lists no options: {printed}")
-    text = [f"```sh\n{usage.removeprefix('Usage: ')}\n```\n"]
+    text = [f"```text\n{usage.removeprefix('Usage: ')}\n```\n"]
     text += [plain(" ".join(one.split())) + "\n" for one in _prose(printed)]
     for title in ("Arguments", "Options"):
         if rows := list(_rows(blocks.get(title, ""))):

@@ -281,14 +281,9 @@ def test_plans_have_figures():
     assert found._repr_html_().count("<pre>") == expected._repr_html_().count("<pre>")
 
 
-def test_the_page_names_every_figure_and_its_code_runs(tmp_path, monkeypatch):
+def test_the_page_names_every_figure():
     page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
     named = re.findall(
         r"`(\w+)\(", page.partition("| `result.plot.`")[2].split("\n\n")[0]
     )
     assert named == NAMES
-    monkeypatch.chdir(tmp_path)
-    exec(
-        compile(page.split("```python\n")[1].split("```")[0], "figures.md", "exec"), {}
-    )
-    assert (tmp_path / "block.png").stat().st_size > 10_000
