@@ -15,5 +15,5 @@ def imported(name, format_name, *, extra=EXTRA):
         raise FileError(
             f"{format_name} needs the library {name}, which is not installed",
             expected=f"the extra '{extra}' of einschalt",
-            remedy=f"pip install 'einschalt[{extra}]'",
+            remedy=f"pip install '.[{extra}]' in the folder of the project",
         ) from error

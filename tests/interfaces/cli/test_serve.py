@@ -15,7 +15,7 @@ def test_without_the_extra_it_is_said_what_to_install(invoke, monkeypatch, tmp_p
     ended = invoke("serve", tmp_path)
     assert ended.exit_code == 2
     assert "which are not installed" in ended.stderr
-    assert "pip install 'einschalt[serve]'" in ended.stderr
+    assert "pip install '.[serve]' in the folder of the project" in ended.stderr
 
 
 def test_a_folder_that_is_not_there_is_refused(invoke, tmp_path):

@@ -118,7 +118,7 @@ def test_points_have_geometry_height_and_system(good_result):
 
 def test_without_geopandas_it_is_said_how_it_is_had(good_result, monkeypatch):
     monkeypatch.setitem(sys.modules, "geopandas", None)
-    with pytest.raises(es.EinschaltError, match=r"pip install 'einschalt\[notebook\]'"):
+    with pytest.raises(es.EinschaltError, match=r"pip install '\.\[notebook\]'"):
         points_with_geometry(good_result)
 
 

@@ -119,7 +119,7 @@ def test_nobody_answers(address, monkeypatch):
 
 def test_dask_is_an_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(SettingsError, match=r"pip install einschalt\[cluster\]"):
+    with pytest.raises(SettingsError, match=r"pip install '\.\[cluster\]'"):
         list(DaskEngine("tcp://127.0.0.1:1").answers(eval, ["1"]))
 
 

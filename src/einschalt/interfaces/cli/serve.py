@@ -54,5 +54,5 @@ def serve(
     Opens blocks below a folder, or files that are dropped into the page; checks and
     computes them, shows and compares reports, plans flights, and runs batches. The
     printed address contains a key, without which nobody can open the page. Needs the
-    extra serve: pip install 'einschalt[serve]'.
+    extra serve: pip install '.[serve]' in the folder of the project.
     """

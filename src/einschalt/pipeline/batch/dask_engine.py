@@ -117,6 +117,6 @@ def _distributed():
         raise SettingsError(
             "Dask is not installed",
             expected="the package distributed, for batches on a cluster",
-            remedy="pip install einschalt[cluster]",
+            remedy="pip install '.[cluster]' in the folder of the project",
         ) from error
     return distributed

@@ -14,7 +14,7 @@ def serve(folder, *, port=0, host="127.0.0.1", browser=True, most_upload=1000.0)
         raise SettingsError(
             "einschalt serve needs starlette and uvicorn, which are not installed",
             expected="the extra 'serve' of einschalt",
-            remedy="pip install 'einschalt[serve]'",
+            remedy="pip install '.[serve]' in the folder of the project",
         )
     if not folder.is_dir():
         raise FileError(
