@@ -36,6 +36,15 @@ PLACES = (mark("[OPTIONS]"), mark("COMMAND"), mark("[ARGS]..."))
 HELP = mark("Show this message and exit.")
 # behind the help of an option: what it is where it is left out, whether it may be
 BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
+# kinds of values, and ranges of them, as click names them
+KINDS = mark_each(
+    {
+        **dict.fromkeys(("float", "float range", "int", "int range"), "<number>"),
+        "str": "<text>",
+    }
+)
+KIND = re.compile(r"<((?:float|int)(?: range)?|str)>")
+RANGE = re.compile(r"(?:x>=(?P<least>[\d.]+)|(?P<low>[\d.]+)<=x<=(?P<high>[\d.]+))")
 # a hyphen at which no line is broken, of the same width; made a plain one at the end
 UNBROKEN = "\u2011"
 
@@ -80,7 +89,7 @@ class WholeWords(typer.Context.formatter_class):
     def write_dl(self, rows, *args, **options):
         """Write a list of options or commands."""
         whole = [
-            (_unbroken(name), _broken_at_commas(_unbroken(_told(text))))
+            (_unbroken(_told_kind(name)), _broken_at_commas(_unbroken(_told(text))))
             for name, text in rows
         ]
         options.setdefault("col_max", min(30, max(self.width - WIDTH_OF_HELP, 6)))
@@ -90,6 +99,15 @@ class WholeWords(typer.Context.formatter_class):
         """The text as it is shown."""
         text = super().getvalue().replace(UNBROKEN, "-")
         return text.replace(BREAK, "").replace(BREAK.strip(" "), "")
+
+
+def _told_kind(name):
+    """An option and the kind of its value, in no words of programmers.
+
+    >>> _told_kind("--target <float>"), _told_kind("--port <int range>")
+    ('--target <number>', '--port <number>')
+    """
+    return KIND.sub(lambda kind: translated(KINDS[kind[1]]), name)
 
 
 def _told(text):
@@ -114,12 +132,22 @@ def told_help(text):
 
 def _told_beside(word):
     """What stands in brackets: ``required``, or ``default: (that of the camera)``."""
+    if among := RANGE.fullmatch(word):
+        return _told_range(**among.groupdict())
     kind, _, value = word.partition(": ")
     if kind != "default":
         return translated("required") if word == "required" else word
     is_said = value.startswith("(") and value.endswith(")")
     value = f"({translated(value[1:-1])})" if is_said else _told_number(value)
     return translated("default: {value}", value=value)
+
+
+def _told_range(least, low, high):
+    """Which values an option takes."""
+    if least is not None:
+        return translated("at least {value}", value=_told_number(least))
+    low, high = map(_told_number, (low, high))
+    return translated("{low} to {high}", low=low, high=high)
 
 
 def _told_number(value):
