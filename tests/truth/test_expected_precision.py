@@ -4,6 +4,8 @@ Three of the twelve designs, a few blocks each; all of them with more:
 ``make truth``, part planning.
 """
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from tests.truth.long_form.planning import DESIGNS, true_squares
@@ -38,10 +40,10 @@ def test_the_closed_estimate_is_near_the_propagation(name):
     assert float(parts.centre) == pytest.approx(figures.single_centre, rel=0.12)
 
 
-def test_there_are_twelve_designs_of_three_kinds():
-    assert len(DESIGNS) == 12
-    kinds = {name.split()[0] for name in DESIGNS}
-    assert kinds == {"film", "DMC", "UltraCam", "UAV"}
+def test_there_are_twelve_designs_four_of_each_kind_of_camera():
+    cameras = {"film": "film", "DMC": "large format", "UltraCam": "large format"}
+    kinds = Counter(cameras.get(name.split()[0], "UAV") for name in DESIGNS)
+    assert kinds == {"film": 4, "large format": 4, "UAV": 4}
     assert {100, 400} <= {design.spacing for design in DESIGNS.values()}
     # as they are asked for, not thinned
     assert all(d.layout_spacing == d.spacing for d in DESIGNS.values())
