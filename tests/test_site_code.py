@@ -73,7 +73,7 @@ CELLS = "{code-cell} python"
 FENCE = re.compile(r"^[ \t>*+-]*(`{3,}|~{3,}|:{3,})[ \t]*(.*?)[ \t]*$", re.MULTILINE)
 DIRECTIVE = re.compile(r"^(`{3})(\{.*?\}.*)\n(?:.*\n)*?\1$", re.MULTILINE)
 OF_RST = re.compile(
-    r"^ *\.\. [\w-]*(?:code|prompt|literal)[\w-]*::|^(?! *\.\.).*[^:]::$|>>>",
+    r"^ *\.\. [\w-]*(?:code|prompt|literal)[\w-]*::|^(?! *\.\.).*[^:\n]::$|>>>",
     re.MULTILINE,
 )
 EXTENSIONS = [
