@@ -20,7 +20,8 @@ from einschalt.pipeline.planning.flights.cameras import (
     said_of_scales,
 )
 
-# by what a command can be told, and which flights are too high
+# by what a command can be told, and which flights are too high: "none" where no scale
+# number that may be asked for keeps the limit, which that of a camera always leaves
 REMEDIES = mark_each(
     {
         ("plan", "high"): "Give a --high-scale-number of at most {most}, or a greater "
@@ -84,7 +85,7 @@ def heights_of(
         most = limit / distance
         which = "high" if int(most) > scales["scale_number"] else "both"
         which = which if most >= RANGES["scale_number"].low else "none"
-        remedy = REMEDIES.get((command, which), REMEDIES["simulate", "both"])
+        remedy = REMEDIES[command, which]
         problems = (problem_of_height(said, limit, distance, remedy),)
     lines = (describe_heights(flown), *map(said_of, problems), said_of_film(preset))
     return FlownHeights(tuple(filter(None, lines)), problems)

@@ -14,7 +14,7 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
-from einschalt.pipeline.planning.flights.points_in_models import BELOW, downwards
+from einschalt.pipeline.planning.flights.points_in_models import BELOW
 
 FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
 FILM_SPACINGS = (200.0, 300.0, 400.0)
@@ -283,9 +283,9 @@ def problem_of_height(said, limit, principal_distance, remedy) -> EinschaltError
 
     ``remedy``: a message with a place for {most}, the scale number that keeps it.
     """
-    most = downwards(limit / principal_distance, 4)
+    most = int(BELOW * limit / principal_distance)
     return EinschaltError(
         said.rstrip("."),
         expected=kept("at most {limit} m above ground", limit=f"{limit:g}"),
-        remedy=kept(remedy, most=most),
+        remedy=kept(remedy, most=f"{most}"),
     )
