@@ -141,3 +141,33 @@ def test_factors_that_are_not_negative_are_those_of_scipy(n_unknowns):
         found = nonnegative_factors(design, observed)
         np.testing.assert_allclose(found, expected, atol=1e-9)
     assert n_at_zero > 10
+
+
+@pytest.mark.parametrize("is_complex", [False, True])
+def test_part_of_all_numbers_tells_the_same_less_well(is_complex):
+    """A third of the groups; errors of the others are not drawn."""
+    axes, whole, parts = axes_of(is_complex=is_complex), [], []
+    given = sizes(is_complex=is_complex)
+    for seed in range(20):
+        sums = measured(seed, is_complex=is_complex)
+        whole.append(estimate_factors(sums, given))
+        third = [
+            SumOfSquares(
+                part.values[: len(part.values) // 3],
+                {
+                    name: PointOperator(
+                        (c.factors[0][: len(part.values) // 3], *c.factors[1:]), axes
+                    )
+                    for name, c in part.chains.items()
+                },
+            )
+            for part in sums
+        ]
+        parts.append(estimate_factors(third, given, are_of_part=True))
+    for source, true in TRUE.items():
+        values, errors = np.array([f.scaled(source, 1.0) for f in parts]).T
+        z = (values - true) / errors
+        assert abs(z.mean()) < 0.75
+        assert 0.6 < z.std() < 1.5
+        of_whole = np.mean([f.scaled(source, 1.0)[1] for f in whole])
+        assert errors.mean() == pytest.approx(np.sqrt(3.0) * of_whole, rel=0.2)

@@ -23,6 +23,7 @@ from operator import add
 import numpy as np
 
 from einschalt.theory.adjustment.monte_carlo import draw_errors, draws_in_parts
+from einschalt.theory.adjustment.needed_errors import needed_errors
 from einschalt.theory.adjustment.point_operator import PointOperator
 
 MOST_DRAWS, FEWEST_DRAWS = 100, 15
@@ -36,7 +37,8 @@ LEAST_SQUARE, LEAST_MEAN = 1e-8, 1e-16
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
 LEAST_FACTOR = 1e-4
-NUMBERS_AT_ONCE = 4_000_000
+# parts of 32 MB at most, whose memory is used again; larger ones are fetched anew
+NUMBERS_AT_ONCE = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,9 @@ class VarianceFactors:
         return float(given * value), float(given * slope)
 
 
-def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFactors:
+def estimate_factors(
+    sums, standard_errors, seed=0, *, held=None, are_of_part=False
+) -> VarianceFactors:
     """Estimate the factors of the variances of all sources from sums of squares.
 
     Parameters
@@ -87,6 +91,9 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     held : dict of str to float, optional
         Sources whose errors have the size that was given, and how well that is known:
         the standard error of the factor of their variances.
+    are_of_part : bool
+        Whether the sums are those of a part of the block, which many errors do not
+        reach; these are not drawn.
 
     Returns
     -------
@@ -107,7 +114,11 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     a fraction of their standard errors.
     """
     sources = tuple(standard_errors)
-    drawn = _DrawnSums(sums, standard_errors, seed)
+    chains = _by_rows([part.chains for part in sums])
+    if are_of_part:
+        chains, standard_errors = needed_errors(chains, standard_errors)
+    n_numbers = [len(part.values) for part in sums]
+    drawn = _DrawnSums(chains, n_numbers, standard_errors, seed)
     told = drawn.told
     observed = drawn.of_values([part.values for part in sums])[told]
     products = drawn.products()[:, told]
@@ -176,15 +187,15 @@ class _DrawnSums:
     otherwise be too regular.
     """
 
-    def __init__(self, sums, standard_errors, seed):
-        self._sums, self._errors = sums, standard_errors
+    def __init__(self, chains, n_numbers, standard_errors, seed):
+        self._chains, self._errors = chains, standard_errors
+        self._n_numbers = n_numbers
         self._seed = seed
-        self._axes = next(iter(sums[0].chains.values())).axes
+        self._axes = next(iter(chains[0].values())).axes
         sizes = standard_errors.values()
         self._longest = max(self._axes.size(len(each)) for each in sizes)
         n_all = NUMBERS_IN_ALL // self._longest
         self._n_all = int(np.clip(n_all, FEWEST_DRAWS, MOST_DRAWS))
-        self._chains = _by_rows([part.chains for part in sums])
         self._weights = self._inverse_squares()
 
     @property
@@ -199,7 +210,7 @@ class _DrawnSums:
 
     def products(self):
         """Scalar products of drawn parts, (n_draws, n_sums, n_sources, n_sources)."""
-        n_sums, n_sources = len(self._sums), len(self._errors)
+        n_sums, n_sources = len(self._chains), len(self._errors)
         products = np.empty((self._n_all, n_sums, n_sources, n_sources))
         first = 0
         for n_draws, place, drawn in self._parts(self._n_all, self._seed):
@@ -214,7 +225,7 @@ class _DrawnSums:
     def _inverse_squares(self):
         """One over the mean square of each number; 0 where all errors cancel."""
         n_draws = max(self._n_all // WEIGHED_BY, FEWEST_TO_WEIGH)
-        squares = [np.zeros(len(part.values)) for part in self._sums]
+        squares = [np.zeros(n) for n in self._n_numbers]
         for _, place, drawn in self._parts(n_draws, [self._seed, 1]):
             together = reduce(add, (part for part in drawn if part is not None))
             squares[place] += np.sum(np.abs(together) ** 2, axis=1) / n_draws

@@ -6,11 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from einschalt.pipeline.assessment.evidence import variance_components
 from einschalt.pipeline.assessment.evidence.variance_components import Component
 from einschalt.pipeline.assessment.findings.suspects import wrong_measuring_errors
 from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.sections.flights import measured_error_remarks
 
@@ -143,3 +145,21 @@ def test_settings_of_each_point_count():
     halved = densify(with_flights(block, low_flight={"m_g_um": 2.5}))
     four = densify(with_flights(block, low_flight=all_four))
     assert four.figures.mean_total == pytest.approx(halved.figures.mean_total)
+
+
+def test_patches_of_a_large_block_tell_the_same_less_well(monkeypatch):
+    """Of a country nobody needs every point to know its m_g."""
+    geometry = BlockGeometry(width=21_500.0, height=21_500.0)
+    block = simulate_block("neukirchen", seed=3, geometry=geometry)
+    whole = densify(block).components
+    monkeypatch.setattr(variance_components, "MOST_VALUES", 6_000)
+    monkeypatch.setattr(variance_components, "VALUES_OF_PATCH", 600)
+    part = densify(block).components
+    for source, true in TRUE.items():
+        estimate, of_whole = getattr(part, source), getattr(whole, source)
+        assert estimate != of_whole
+        assert estimate.given == of_whole.given
+        assert abs(estimate.estimated - true) < 4.0 * estimate.standard_error
+        # a third of the points; the draws know a standard error to a tenth
+        ratio = estimate.standard_error / of_whole.standard_error
+        assert 1.2 < ratio < 3.0, source

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.batches import segments
+from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
+from einschalt.foundations.patches import Patches
 from einschalt.pipeline.assessment.evidence.without_gross_errors import (
     gross_rows,
 )
@@ -52,6 +53,9 @@ from einschalt.theory.adjustment.variance_components import (
 # few per cent changes nothing
 LARGE_DIFFERENCE = 4.0
 MIN_REPORTED_RATIO = 1.10
+# values of the low flight, of which that many tell its m_g to a few thousandths; of
+# more there are patches over the whole block
+MOST_VALUES, VALUES_OF_PATCH = 100_000, 5_000
 
 
 @dataclass(frozen=True)
@@ -113,12 +117,19 @@ def estimate_components(examined, low):
     """
     block, points = examined.block, examined.model_points
     sources = _Sources.of(examined, low)
-    sums = [part for part in _sums(examined, low, sources) if len(part.values)]
+    patches = _patches(low)
+    every = _sums(examined, low, sources, patches)
+    sums = [part for part in every if len(part.values)]
     sizes = given_errors(block, points)
     if len(sums) < len(sizes):
         return None
     try:
-        found = estimate_factors(sums, {**sizes, **sources.sizes}, held=sources.held)
+        found = estimate_factors(
+            sums,
+            {**sizes, **sources.sizes},
+            held=sources.held,
+            are_of_part=patches is not None,
+        )
     except np.linalg.LinAlgError:  # a source that no sum can tell from another
         return None
     control = SQRT2 * np.sqrt(np.mean(sizes[CONTROL] ** 2))
@@ -171,7 +182,15 @@ class _Sources:
         return cls(own.axes, behind, sizes, held)
 
 
-def _sums(examined, low, sources):
+def _patches(low):
+    """Part of a large block; None where all of it is looked at."""
+    values = values_of(low.own_values, PLAN)
+    values = values[np.isfinite(values).all(axis=1)]
+    every = -(-len(values) // MOST_VALUES)
+    return Patches.over(values, VALUES_OF_PATCH, every) if every > 1 else None
+
+
+def _sums(examined, low, sources, patches):
     """Sums of squares of both flights, with their chains of operators."""
     control, high = examined.block.control_points, examined.high
     is_control = (control["role"] != "check").to_numpy()
@@ -181,6 +200,7 @@ def _sums(examined, low, sources):
         GroundSources(np.flatnonzero(is_control), len(control)),
         gross_rows(examined, HIGH, high.transformation),
         (sources.axes, sources.behind[HIGH]),
+        patches,
     )
     places = places_fitted_onto(examined.block, high.points["point_id"])
     of_low = _MeasuredFlight(
@@ -189,6 +209,7 @@ def _sums(examined, low, sources):
         GroundSources(places, len(high.points)),
         gross_rows(examined, LOW, low),
         (sources.axes, sources.behind[LOW]),
+        patches,
     )
     n_high = len(examined.model_points[HIGH])
     approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.axes)
@@ -213,7 +234,7 @@ def _sums(examined, low, sources):
 class _MeasuredFlight:
     """Values and residuals of a flight, with the operators that they come from."""
 
-    def __init__(self, transformation, model_points, ground, is_out, sources):
+    def __init__(self, transformation, model_points, ground, is_out, sources, patches):
         self._observed, self._ground = transformation.observed, ground
         self._axes, self._own = sources
         self.operator = flight_operator(
@@ -223,6 +244,17 @@ class _MeasuredFlight:
         self._values = values_of(values, PLAN)
         self._point = encode(values["point_id"]).codes
         self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
+        if patches is not None:
+            self._is_good &= self._in_patches(patches)
+
+    def _in_patches(self, patches):
+        """Whether the point of each value lies there, by the mean of its good ones."""
+        rows = np.flatnonzero(self._is_good)
+        n_points = int(self._point.max(initial=-1)) + 1
+        points = segments(self._point[rows], n_points)
+        count = np.maximum(np.diff(points.start), 1)
+        total = segment_sum(self._values[rows[points.order], : len(PLAN)], points.start)
+        return patches.hold(total / count[:, None])[self._point]
 
     def differences(self, chains):
         """Values of each point less their mean."""
