@@ -25,7 +25,7 @@ def save(figure, name):
     file = IMAGES / name
     file.parent.mkdir(exist_ok=True)
     same = {"Date": None} if file.suffix == ".svg" else {"Software": None}
-    figure.savefig(file, metadata=same, dpi=72)
+    figure.savefig(file, metadata=same, dpi=72 if file.suffix == ".svg" else 90)
     plt.close(figure)
 
 
