@@ -17,6 +17,8 @@ MOST_NAMED = 5
 LONGEST_NAME = 60  # characters of a name in a message
 
 
+# what programs are told of a fault
+FACTS = ("found", "expected", "remedy", "file", "row", "point", "model")
 # facts that are written as they are; a file may come as a path
 NAMED = ("file", "point", "model")
 
@@ -161,6 +163,22 @@ def _several(problems):
     more = [f"and {rest} more"] if rest > 0 else []
     lines = [*(str(problem) for problem in shown), *more]
     return "\n".join([f"{total} problems:", *(f"  {line}" for line in lines)])
+
+
+def facts_of(error: object) -> list[dict]:
+    """Facts of a fault, or of each of several, for programs: what is not known is None.
+
+    Any other error, or a text, is what was found.
+
+    >>> (one,) = facts_of(TableError("easting 'n/a'", file="a.csv", row=7))
+    >>> one["found"], one["file"], one["row"], one["remedy"]
+    ("easting 'n/a'", 'a.csv', 7, None)
+    """
+    return [
+        {name: getattr(one, name, None) or None for name in FACTS}
+        | ({} if hasattr(one, "found") else {"found": str(one)})
+        for one in getattr(error, "problems", (error,))
+    ]
 
 
 def spread(problems: Sequence[EinschaltError]) -> list[EinschaltError]:

@@ -1,5 +1,6 @@
 """``einschalt batch``."""
 
+import json
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.cli.progress import batch_line
+from einschalt.interfaces.cli.work.batch import facts_of_block
 from einschalt.interfaces.files.folder_lock import locked
 from einschalt.pipeline.batch.block_table import blocks_table
 
@@ -39,6 +41,54 @@ def test_status_1_where_a_block_failed(first):
     assert f"Table of all blocks in {output / 'blocks.csv'}" in done.stdout
     assert "Traceback" not in done.stdout + done.stderr
     assert len(pd.read_csv(output / "blocks.csv")) == 3
+
+
+@pytest.fixture
+def failed_block(invoke, make_block, tmp_path):
+    """A batch of one block with two values that are no numbers, told as JSON."""
+    make_block(tmp_path / "blocks" / "north")
+    file = tmp_path / "blocks" / "north" / "low_flight.csv"
+    lines = file.read_text("utf-8").splitlines()
+    for row in (12, 14):
+        lines[row - 1] = lines[row - 1].rpartition(",")[0] + ",n/a"
+    file.write_text("\n".join(lines) + "\n", "utf-8")
+    output = tmp_path / "out"
+    call = ("batch", tmp_path / "blocks", "-o", output, "--workers", 1, "--json")
+    return output, json.loads(invoke(*call).stdout)
+
+
+def test_json_names_block_file_and_row_of_each_fault(failed_block):
+    _, outcome = failed_block
+    assert outcome["status"] == 1
+    assert outcome["figures"] == {"failed": 1}
+    assert [one["row"] for one in outcome["problems"]] == [12, 14]
+    for one in outcome["problems"]:
+        assert one["file"] == "north/low_flight.csv"
+        assert "'n/a'" in one["found"]
+        assert "more problem" not in one["found"]
+        assert one["expected"]
+        assert one["remedy"]
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        {"facts": "x"},
+        {"facts": []},
+        {"facts": [{}]},
+        {"reason": "of another run"},
+        None,
+    ],
+)
+def test_what_nobody_can_read_is_told_by_the_table(failed_block, spoilt):
+    output, _ = failed_block
+    file = output / "north" / "failure.json"
+    content = json.loads(file.read_text("utf-8"))
+    text = "no JSON" if spoilt is None else json.dumps(content | spoilt)
+    file.write_text(text, "utf-8")
+    row = {"block": "north", "reason": content["reason"], "remedy": ""}
+    (one,) = facts_of_block(row, output / "north")
+    assert one == {"found": content["reason"], "remedy": None, "file": "north"}
 
 
 def test_progress_with_the_expected_end(first):

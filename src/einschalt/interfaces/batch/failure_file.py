@@ -8,6 +8,7 @@ from einschalt.foundations.errors import (
     ChangedFileError,
     EinschaltError,
     FileError,
+    facts_of,
 )
 from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.files.atomic import make_folder, write_text
@@ -37,6 +38,7 @@ def keep_failure(task, row, error):
         "reason": row["reason"],
         "remedy": row["remedy"],
         "problems": _problems(error),
+        "facts": facts_of(error),
         "is_final": _is_final(error, row["stage"]) and task.is_of_present_input(),
         "signature": task.signature,
     }

@@ -12,7 +12,7 @@ import json
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-FACTS = ("found", "expected", "remedy", "file", "row", "point", "model")
+from einschalt.foundations.errors import FACTS, facts_of
 
 
 @dataclass
@@ -75,11 +75,15 @@ def report_problems(*problems):
     """Report what went wrong: errors, or texts."""
     if RUNNING:
         RUNNING[-1].problems += [
-            dict.fromkeys(FACTS)
-            | {name: getattr(one, name, None) or None for name in FACTS}
-            | ({} if hasattr(one, "found") else {"found": str(one)})
-            for problem in problems
-            for one in getattr(problem, "problems", (problem,))
+            facts for problem in problems for facts in facts_of(problem)
+        ]
+
+
+def report_facts(facts):
+    """Report faults of which only the facts are known, in the order of FACTS."""
+    if RUNNING:
+        RUNNING[-1].problems += [
+            {name: one.get(name) for name in FACTS} for one in facts
         ]
 
 

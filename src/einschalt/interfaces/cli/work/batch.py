@@ -10,8 +10,9 @@ from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
+from einschalt.interfaces.batch.block_state import read_failure
 from einschalt.interfaces.cli.exits import REFUTED, WRONG, print_error, print_out
-from einschalt.interfaces.cli.outcome import report, report_problems
+from einschalt.interfaces.cli.outcome import report, report_facts, report_problems
 from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.pipeline.batch.block_table import refuted, summarize_batch, untested
 from einschalt.pipeline.progress import Stage
@@ -66,8 +67,10 @@ def _which(options):
 
 def _end(table, duration, output, *, is_refuted, is_quiet):
     report(output, **table["outcome"].value_counts().to_dict())
-    report_problems(*table.loc[table["outcome"] == "failed", "reason"])
-    has_failed = (table["outcome"] == "failed").any()
+    failed = table[table["outcome"] == "failed"]
+    for row in failed.to_dict("records"):
+        report_facts(facts_of_block(row, output / row["block"]))
+    has_failed = len(failed) > 0
     if has_failed or is_refuted or not is_quiet:
         # blocks that failed are errors: whoever asks for nothing else is told of them
         say = print_error if is_quiet else print_out
@@ -77,6 +80,26 @@ def _end(table, duration, output, *, is_refuted, is_quiet):
         raise typer.Exit(SOME_FAILED)
     if is_refuted:
         raise typer.Exit(REFUTED)
+
+
+def facts_of_block(row, folder):
+    """Facts of what was wrong with a block, each with its name before the file."""
+    failure = read_failure(folder) or {}
+    facts = failure.get("facts")
+    # where nothing could be written, or not now, the table says it all
+    if failure.get("reason") != row["reason"] or not _are_facts(facts):
+        facts = [{"found": row["reason"], "remedy": row["remedy"] or None}]
+    name = row["block"]
+    return [
+        one | {"file": f"{name}/{one['file']}" if one.get("file") else name}
+        for one in facts
+    ]
+
+
+def _are_facts(facts):
+    """Whether a file of ours says them, which anybody may have changed."""
+    is_list = isinstance(facts, list) and len(facts) > 0
+    return is_list and all(isinstance(one, dict) and one.get("found") for one in facts)
 
 
 def _tell_plan(plan):
