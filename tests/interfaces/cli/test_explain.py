@@ -86,10 +86,31 @@ def test_every_meaning_is_of_a_term():
 @pytest.mark.parametrize("word", ["Passpunkt", "control point"])
 def test_a_term_is_told_in_a_sentence(word, invoke):
     shown = " ".join(invoke("explain", word).stdout.split())
-    assert f"{TERMS['control point']} English: control point" in shown
-    assert catalogue("de").gettext(TERMS["control point"]) in " ".join(
-        invoke("--language", "de", "explain", word).stdout.split()
-    )
+    assert f"{TERMS['control point']} German: Passpunkt, Passp." in shown
+    meaning = catalogue("de").gettext(TERMS["control point"])
+    shown = invoke("--language", "de", "explain", word).stdout
+    assert f"{meaning} Englisch: control point" in " ".join(shown.split())
+
+
+@pytest.mark.parametrize(
+    ("language", "heading"),
+    [
+        ("en", "coverage, cov. (Points, flights, models)"),
+        ("de", "Überdeckung, Deckung, Überd. (Punkte, Flüge, Modelle)"),
+    ],
+)
+def test_the_heading_of_a_term_is_in_the_language_of_the_reader(
+    invoke, language, heading
+):
+    shown = invoke("--language", language, "explain", "coverage").stdout
+    assert shown.startswith(f"{heading}\n")
+    terms = invoke("--language", language, "explain", "all").stdout
+    assert f"\n  {heading.partition(' (')[0]}\n" in terms
+
+
+def test_what_stands_in_brackets_is_no_part_of_the_heading(invoke):
+    shown = invoke("explain", "coverage").stdout
+    assert "\n  one flight over the whole area\n  German: Überdeckung" in shown
 
 
 def test_values_are_explained_in_german():
@@ -102,12 +123,12 @@ def test_values_are_explained_in_german():
     ("word", "beginning"),
     [
         ("Outliers", "outliers (setting)"),
-        ("two-step", "Zweistufenverfahren"),
-        ("two_step", "Zweistufenverfahren"),
-        ("Helmert", "Ähnlichkeits-, Helmert-Transformation"),
+        ("two-step", "two-step method"),
+        ("two_step", "two-step method"),
+        ("Helmert", "similarity, Helmert transformation"),
         ("Kovarik", "Kovarik (Methods and their authors)"),
         ("Baarda", "Baarda (Methods and their authors)"),
-        ("huber", "robuste Schätzung"),
+        ("huber", "robust estimation"),
     ],
 )
 def test_words_that_users_missed(word, beginning, invoke):

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from einschalt.foundations.column_words import folded
-from einschalt.foundations.language import mark_each, translated
+from einschalt.foundations.language import ENGLISH, language, mark_each, translated
 from einschalt.foundations.term_meanings import MEANINGS
 from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.files.plain_formulas import without_latex
@@ -19,6 +19,8 @@ PLACES = (PACKAGE / "glossary.md", PACKAGE.parents[1] / "docs" / "glossary.md")
 NOTHING = "–"
 QUOTED = re.compile(r'"([^"]+)"')
 MATHS = re.compile(r"\$([^$]*)\$")
+# what stands in brackets after the words of a cell
+REMARK = re.compile(r"(.*?)(?: \(([^()]*)\))?")
 OF_SYMBOLS = re.compile(r"[,;=]").split
 SECTIONS = mark_each(
     {
@@ -30,7 +32,13 @@ SECTIONS = mark_each(
     }
 )
 NAMES = mark_each(
-    {"English": "English", "symbol": "symbol", "unit": "unit", "code": "code"}
+    {
+        "German": "German",
+        "English": "English",
+        "symbol": "symbol",
+        "unit": "unit",
+        "code": "code",
+    }
 )
 
 
@@ -47,6 +55,19 @@ class Entry:
         return next(iter(self.cells.values()))
 
     @property
+    def heading(self):
+        """Its words in the active language, without LaTeX."""
+        return self._words_and_remark[0]
+
+    @property
+    def _words_and_remark(self):
+        """Words of the heading, and what English ones say in brackets after them."""
+        if language() != ENGLISH:
+            return _plain(self.title), ""
+        words, remark = REMARK.fullmatch(_plain(self.cells["English"])).groups("")
+        return words, remark
+
+    @property
     def english(self):
         """Its first word in English, as meanings are told by."""
         first = re.split("[,;]", self.cells["English"])[0].strip()
@@ -60,13 +81,16 @@ class Entry:
     @property
     def text(self):
         """The entry as it is printed."""
-        (_, title), *rest = self.cells.items()
-        rest = [(name, cell) for name, cell in rest if cell not in ("", NOTHING)]
-        said = [f"{translated(NAMES[name])}: {cell}" for name, cell in rest]
+        heading, remark = self._words_and_remark
+        own = "English" if language() == ENGLISH else "German"
+        said = [
+            f"{translated(NAMES[name])}: {cell}"
+            for name, cell in self.cells.items()
+            if cell not in ("", NOTHING) and name != own
+        ]
         section = translated(SECTIONS[self.section])
-        if self.meaning:
-            said.insert(0, self.meaning)
-        lines = [f"{title} ({section})", *(_indented(one) for one in said)]
+        said = [*filter(None, [self.meaning, remark]), *said]
+        lines = [f"{heading} ({section})", *(_indented(one) for one in said)]
         return _plain("\n".join(lines))
 
     @property

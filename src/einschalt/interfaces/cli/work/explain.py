@@ -80,7 +80,7 @@ def _print_all():
     lists = {
         "findings": WORDS,
         "settings": names_of_settings(),
-        "terms": [one.title for one in entries()],
+        "terms": [one.heading for one in entries()],
         "figures": sorted(names_of_figures()),
         "result_figures": sorted(names_of_results()),
         "result_files": names_with_values(),
