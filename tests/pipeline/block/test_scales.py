@@ -11,6 +11,8 @@ from einschalt.foundations.errors import (
     SettingsError,
     TableError,
 )
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import written_in
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 
@@ -145,7 +147,7 @@ def test_covariances_beyond_the_product_of_standard_errors(block, value, remedy)
 
 
 def coarse(block):
-    return [note for note in block.notes if "have no digits below" in note]
+    return [note for note in block.notes if "digits below" in note]
 
 
 def rounded(frame, digits, names=("easting", "northing")):
@@ -171,6 +173,20 @@ def test_control_without_decimals_is_noted(demo_block):
     cautious = rounded(control, 0).assign(standard_error_m=2.0)
     assert coarse(replace(demo_block, control_points=cautious)) == []
     assert coarse(demo_block) == []
+
+
+@pytest.mark.parametrize("axis", ["easting", "northing"])
+def test_one_axis_without_decimals_is_noted(demo_block, axis):
+    """Of an axis alone rounding leaves 1/√12 of a metre."""
+    control = rounded(demo_block.control_points, 0, (axis,))
+    (note,) = coarse(replace(demo_block, control_points=control))
+    assert f"{axis} has no digits below 1 m: rounding makes 0.29 m (total)" in note
+    with written_in("de"):
+        told = retold(note)
+    assert f": {axis} hat keine Stellen unter 1 m: das Runden macht 0,29 m" in told
+    # the axis of a plan, along which points were laid out
+    laid_out = rounded(demo_block.control_points, -2, (axis,))
+    assert coarse(replace(demo_block, control_points=laid_out)) == []
 
 
 def test_approximate_points_without_decimals_are_noted(demo_block):

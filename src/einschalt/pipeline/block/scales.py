@@ -288,38 +288,39 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     """
     stated = np.asarray(np.nan if error is None else error, dtype=float)
     stated = stated[np.isfinite(stated) & (stated > 0.0)]
-    digit = min(resolution_of(frame[axis]) for axis in AXES)
-    rounding = digit * OF_A_DIGIT
+    digits = np.array([resolution_of(frame[axis]) for axis in AXES])
+    sizes = digits * np.ones(2)
     if in_degrees:
-        east = METRES_PER_DEGREE * np.cos(np.radians(np.nanmedian(frame["northing"])))
-        rounding *= np.hypot(east, METRES_PER_DEGREE) / SQRT2
-    elif _step_of(frame, digit) > LARGEST_DIGIT_M:  # places of a plan, not measured
-        return []
+        shrunk = np.cos(np.radians(np.nanmedian(frame["northing"])))
+        sizes = METRES_PER_DEGREE * digits * [shrunk, 1.0]
+    else:  # places of a plan, not measured
+        steps = map(_step_of, (frame[axis] for axis in AXES), digits)
+        sizes = np.where(np.array(list(steps)) > LARGEST_DIGIT_M, 0.0, digits)
+    rounding = OF_A_DIGIT * np.hypot(*sizes) / SQRT2
     # an error that is as large may have rounding in it
     if not stated.size or not rounding > np.median(stated):
         return []
     size, least = float(np.median(stated)), float(np.hypot(np.median(stated), rounding))
+    coarse = int(np.argmax(sizes))
     if in_degrees:
-        shown = np.format_float_positional(digit, trim="-")
-        note = (
-            f"{file}: coordinates have no digits below {shown} degrees: rounding "
-            f"makes {rounding:.2g} m (total), beside a standard error of {size:.2g} m: "
-            f"give more digits, or standard errors of {least:.2g} m"
-        )
+        shown = np.format_float_positional(digits[coarse], trim="-")
+        what = f"coordinates have no digits below {shown} degrees"
+    elif digits.min() == digits.max():
+        what = f"coordinates have no digits below {digits[coarse]:.7g} m"
     else:
-        note = (
-            f"{file}: coordinates have no digits below {digit:.7g} m: rounding makes "
-            f"{rounding:.2g} m (total), beside a standard error of {size:.2g} m: give "
-            f"more digits, or standard errors of {least:.2g} m"
-        )
+        what = f"{AXES[coarse]} has no digits below {digits[coarse]:.7g} m"
+    note = (
+        f"{file}: {what}: rounding makes {rounding:.2g} m (total), beside a standard "
+        f"error of {size:.2g} m: give more digits, or standard errors of {least:.2g} m"
+    )
     return [note]
 
 
-def _step_of(frame, digit):
-    """What nearly all coordinates are multiples of: last digits, or steps of a grid."""
+def _step_of(values, digit):
+    """What nearly all of an axis are multiples of: last digits, or steps of a grid."""
     if digit == 0.0:
         return 0.0
-    steps = np.concatenate([frame[axis].dropna() for axis in AXES]) / digit
+    steps = values.dropna().to_numpy() / digit
     among = [
         times
         for times in STEPS
