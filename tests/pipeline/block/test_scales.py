@@ -189,6 +189,27 @@ def test_one_axis_without_decimals_is_noted(demo_block, axis):
     assert coarse(replace(demo_block, control_points=laid_out)) == []
 
 
+def test_heights_without_decimals_are_noted_where_models_are_spatial(demo_block):
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    spatial = es.simulate_block("demo", seed=1, geometry=geometry)
+    control = rounded(spatial.control_points, 0, ("height",))
+    (note,) = coarse(replace(spatial, control_points=control))
+    assert "heights have no digits below 1 m: rounding makes 0.29 m, beside" in note
+    assert "give more digits, or standard_error_height of 0.29 m" in note
+    followed = control.assign(standard_error_height=0.29)
+    assert coarse(replace(spatial, control_points=followed)) == []
+    own = rounded(control, 1, ("height",)).assign(standard_error_height=0.02)
+    assert (
+        "beside a standard error of 0.02 m"
+        in coarse(replace(spatial, control_points=own))[0]
+    )
+    assert coarse(replace(spatial, control_points=rounded(control, 3))) == [note]
+    assert coarse(spatial) == []
+    # nobody needs them in plane models
+    plane = demo_block.control_points.assign(height=range(23))
+    assert coarse(replace(demo_block, control_points=plane)) == []
+
+
 def test_approximate_points_without_decimals_are_noted(demo_block):
     points = rounded(demo_block.truth[["point_id", "easting", "northing"]], 0)
     given = {"high_flight": None, "approximate_points": points}

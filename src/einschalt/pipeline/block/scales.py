@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError, TableError
 from einschalt.foundations.frame_columns import values_of
@@ -286,8 +287,7 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
     list of str
         One note, or none: a digit leaves 1/√12 of it in each coordinate.
     """
-    stated = np.asarray(np.nan if error is None else error, dtype=float)
-    stated = stated[np.isfinite(stated) & (stated > 0.0)]
+    stated = np.atleast_1d(np.asarray(np.nan if error is None else error, dtype=float))
     digits = np.array([resolution_of(frame[axis]) for axis in AXES])
     sizes = digits * np.ones(2)
     if in_degrees:
@@ -297,10 +297,6 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
         steps = map(_step_of, (frame[axis] for axis in AXES), digits)
         sizes = np.where(np.array(list(steps)) > LARGEST_DIGIT_M, 0.0, digits)
     rounding = OF_A_DIGIT * np.hypot(*sizes) / SQRT2
-    # an error that is as large may have rounding in it
-    if not stated.size or not rounding > np.median(stated):
-        return []
-    size, least = float(np.median(stated)), float(np.hypot(np.median(stated), rounding))
     coarse = int(np.argmax(sizes))
     if in_degrees:
         shown = np.format_float_positional(digits[coarse], trim="-")
@@ -309,11 +305,44 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
         what = f"coordinates have no digits below {digits[coarse]:.7g} m"
     else:
         what = f"{AXES[coarse]} has no digits below {digits[coarse]:.7g} m"
-    note = (
+    return [
         f"{file}: {what}: rounding makes {rounding:.2g} m (total), beside a standard "
         f"error of {size:.2g} m: give more digits, or standard errors of {least:.2g} m"
-    )
-    return [note]
+        for size, least in _enlarged(stated, rounding)
+    ]
+
+
+def coarse_heights(frame, error, file):
+    """As :func:`coarse_digits`, of the heights; ``error`` as there, of plan.
+
+    With standard_error_height, where the points have it.
+    """
+    if "height" not in frame:
+        return []
+    stated = frame.get("standard_error_height")
+    if stated is None:
+        stated = np.nan if error is None else np.asarray(error, dtype=float) / SQRT2
+    stated = np.atleast_1d(np.asarray(stated, dtype=float))
+    digit = resolution_of(frame["height"])
+    # a digit leaves 1/√12 of it
+    rounding = digit * OF_A_DIGIT / SQRT2
+    if _step_of(frame["height"], digit) > LARGEST_DIGIT_M:
+        return []
+    return [
+        f"{file}: heights have no digits below {digit:.7g} m: rounding makes "
+        f"{rounding:.2g} m, beside a standard error of {size:.2g} m: give more digits, "
+        f"or standard_error_height of {least:.2g} m"
+        for size, least in _enlarged(stated, rounding)
+    ]
+
+
+def _enlarged(stated, rounding):
+    """Yield a stated error without rounding and with it, if rounding is larger."""
+    stated = stated[np.isfinite(stated) & (stated > 0.0)]
+    # an error that is as large may have rounding in it
+    if stated.size and rounding > np.median(stated):
+        size = float(np.median(stated))
+        yield size, float(np.hypot(size, rounding))
 
 
 def _step_of(values, digit):
@@ -368,12 +397,19 @@ def digit_notes(block, checked, is_sound, file_of):
     list of str
     """
     notes, m_0_m = [], getattr(block, "approximate_m_0_m", None)
+    flights = (checked.get(name) for name in ("high_flight", "low_flight"))
+    is_spatial = any(
+        is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
+        for flight in flights
+    )
     for name in ("control_points", "approximate_points"):
         if is_sound(name):
             known = None if name == "control_points" else m_0_m
             error = standard_errors_of(checked[name], known)
             error = None if isinstance(error, str | bool) else error
             notes += coarse_digits(checked[name], error, file_of(name))
+            if is_spatial:
+                notes += coarse_heights(checked[name], error, file_of(name))
     for name in ("high_flight", "low_flight"):
         flight = checked.get(name)
         for part in ("model_points", "image_points"):
