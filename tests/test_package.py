@@ -135,7 +135,7 @@ def test_the_demo_runs_where_only_the_wheel_is(installed, tmp_path):
         assert said["figures"][name]["credible"] > 0.01
     assert said["figures"]["neukirchen"]["block"] == "Neukirchen (simulated)"
     printed = run(script, "explain", "Passpunkt", cwd=tmp_path)
-    assert printed.startswith("Passpunkt, Passp. (Points, flights, models)")
+    assert printed.startswith("control point, control, c. point (Points, flights, mo")
 
 
 def test_make_and_the_program_show_the_same_blocks():
