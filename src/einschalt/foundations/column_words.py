@@ -7,10 +7,16 @@ many names, and only its owner knows whether it is total or of one coordinate.
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
+from einschalt.foundations.header_units import (
+    ABOVE,
+    is_length,
+    may_be_in,
+    parted_unit,
+)
 
 # canonical name: words by language; each list stands in the order of preference
 WORDS = {
@@ -19,8 +25,8 @@ WORDS = {
         "punktkennung ptnr punkt pkt",
         "en": "pointid pointnumber pointno pointnr pointname point ptid ptno gcp "
         "gcpid gcpname label",
-        "fr": "numerodupoint numeropoint numpoint nopoint nomdupoint nompoint "
-        "matricule",
+        "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
+        "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",
         "": "id nr no num nummer number numero name nom nome",
     },
@@ -132,14 +138,6 @@ ENDING = re.compile(
     r"[)\]]?$",
     re.IGNORECASE,
 )
-UNITS = {"m": "metres", "mm": "millimetres", "deg": "degrees", "°": "degrees"}
-UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
-# what heights are counted from: m ü. A., m ü. NN, m ü. M., m s.l.m., m a.s.l.
-ABOVE = (
-    r"(?:(?:ü|ue?|über|ueber)[\s.]*(?:a|adria|nn|nhn|m|meer|ell|ellipsoid)"
-    r"|a\.?\s?s\.?\s?l|s\.?\s?l\.?\s?m|s\.?\s?m|nn|nhn|adria|ln\s?02|evrf\d*|dhhn\d*)\.?"
-)
-LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
 METRES_ABOVE = re.compile(rf"[\s,]+m\s*{ABOVE}$", re.IGNORECASE)
 NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
@@ -190,6 +188,7 @@ class Meant:
     # a Y and an X stand in the header, called northing and easting for the time being
     letters: tuple[str, str] | None = None
     is_by_place: bool = False  # there are no names; the letters are positions
+    units: dict = field(default_factory=dict)  # of lengths, by the schema's names
 
 
 def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
@@ -228,6 +227,7 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
         {name: names[place] for name, place in sorted(taken.items(), key=_place)},
         is_german="de" in languages and not languages & {"fr", "it"},
         letters=None if letters is None else tuple(names[letters[k]] for k in "YX"),
+        units=_units(names, taken, given or {}, schema),
     )
 
 
@@ -285,7 +285,7 @@ def _candidates(names, rest, schema, name):
     words = {place: _word_in(names[place], unit) for place in rest}
     found = _fitting(words, name)
     if not found:  # only then the system behind the word is left out
-        plain = {place: _word_in(_without_ending(names[place]), unit) for place in rest}
+        plain = {place: _word_in(names[place], unit, is_plain=True) for place in rest}
         found = _fitting(plain, name)
     strong = [one for one in found if one[0]]
     best = min((rank for _, _, rank in found), default=0)
@@ -324,27 +324,15 @@ def _without_ending(name):
     return name
 
 
-def plain_unit(text):
-    """Unit without brackets, and without what heights are counted from.
+def _word_in(name, unit, *, is_plain=False):
+    """Folded word before the unit; None where that is another kind of unit.
 
-    >>> plain_unit("[m ü. A.]"), plain_unit("(mm)"), plain_unit("m s.l.m.")
-    ('m', 'mm', 'm')
+    ``is_plain``: units without brackets and systems behind the word are left out too.
     """
-    unit = unicodedata.normalize("NFC", text[:LONGEST_NAME]).strip("[]() ")
-    above = LENGTH_ABOVE.fullmatch(unit)
-    return unit if above is None else above[1].lower()
-
-
-def _word_in(name, unit):
-    """Folded word before the unit in brackets; None where that is another unit.
-
-    A length in another unit than expected is none that is known.
-    """
-    said = UNIT.search(name)
-    if said is None:
-        return folded(name)
-    is_other = UNITS.get(plain_unit(said[1])) != unit
-    return None if is_other else folded(name[: said.start()])
+    word, said = parted_unit(name, is_plain=is_plain)
+    if is_plain:
+        word = _without_ending(word)
+    return folded(word) if said is None or may_be_in(said, unit) else None
 
 
 def in_other_unit(names, schema, name):
@@ -353,18 +341,29 @@ def in_other_unit(names, schema, name):
     Its name and that unit; None where there is none.
 
     >>> from einschalt.foundations.tables import CONTROL_POINTS
-    >>> in_other_unit(["Nr", "Rechtswert [cm]"], CONTROL_POINTS, "easting")
-    ('Rechtswert [cm]', 'cm')
+    >>> in_other_unit(["Nr", "Rechtswert [ft]"], CONTROL_POINTS, "easting")
+    ('Rechtswert [ft]', 'ft')
     """
     unit = next(column.unit for column in schema.columns if column.name == name)
     for one in names:
-        said = UNIT.search(one)
-        if said is None or _word_in(one, unit) is not None:
+        word, said = parted_unit(one, is_plain=True)
+        if said is None or may_be_in(said, unit):
             continue
-        word = folded(one[: said.start()])
+        word = folded(word)
         if word == folded(name) or (name, word) in COLUMN_WORDS:
-            return one, said[1].strip()
+            return one, said
     return None
+
+
+def _units(names, taken, given, schema):
+    """Units that stand behind the names of columns, by the schema's names."""
+    of_column = {column.name: column.unit for column in schema.columns}
+    said = {
+        name: parted_unit(names[place], is_plain=name not in given)[1]
+        for name, place in taken.items()
+        if is_length(of_column[name])
+    }
+    return {name: unit for name, unit in said.items() if unit is not None}
 
 
 def _letters(names, rest, schema, taken):
@@ -373,9 +372,10 @@ def _letters(names, rest, schema, taken):
     if has_plane or not set(PLANE) <= set(schema.names):
         return None
     unit = next(c.unit for c in schema.columns if c.name in PLANE)
-    for shown in (names, [_without_ending(name) for name in names]):
+    for is_plain in (False, True):
+        shown = {k: _word_in(names[k], unit, is_plain=is_plain) for k in rest}
         found = {
-            letter: [k for k in rest if _word_in(shown[k], unit) in words.split()]
+            letter: [k for k in rest if shown[k] in words.split()]
             for letter, words in LETTERS.items()
         }
         if all(len(places) == 1 for places in found.values()):

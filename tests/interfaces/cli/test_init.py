@@ -350,9 +350,8 @@ def test_impossible_numbers_are_refused_and_nothing_is_written(
     assert not new.exists()
 
 
-@pytest.mark.parametrize("unit", ["km", "cm", "ft"])
-def test_coordinates_in_another_unit_are_told(unit, invoke, tmp_path):
-    table = tmp_path / "control.csv"
+def test_coordinates_in_feet_are_told(invoke, tmp_path):
+    unit, table = "ft", tmp_path / "control.csv"
     table.write_text(f"Nr;Rechtswert [{unit}];Hochwert [{unit}]\n1;13,0025;322,5\n")
     for words in (("init", tmp_path / "new", "--from", table), ("convert", table)):
         out = () if words[0] == "init" else (tmp_path / "out.csv",)
@@ -360,6 +359,79 @@ def test_coordinates_in_another_unit_are_told(unit, invoke, tmp_path):
         assert refused.exit_code == 2
         said = f"column 'easting' is missing; 'Rechtswert [{unit}]' is in {unit}; "
         assert f"{said}expected metres. Give it in metres, or" in refused.stderr
+
+
+MODEL_UNITS = {
+    "x [m]": ("m", 1e-3),
+    "x [µm]": ("um", 1e3),
+    "x_mm": ("mm", 1.0),
+    "X in cm": ("cm", 0.1),
+    "x (Millimeter)": ("mm", 1.0),
+}
+
+
+def with_header(folder, files, names, factor):
+    """Copies of flights with other names of their columns, in another unit."""
+    folder.mkdir()
+    for file in files:
+        frame = pd.read_csv(file, dtype={"point_id": str})
+        frame[["x", "y"]] *= factor
+        columns = dict(zip("xy", names, strict=True))
+        frame.rename(columns=columns).to_csv(folder / file.name, index=False)
+    return [folder / file.name for file in files]
+
+
+@pytest.mark.parametrize("name", MODEL_UNITS)
+def test_the_unit_in_a_header_is_that_of_the_models(invoke, export, tmp_path, name):
+    unit, factor = MODEL_UNITS[name]
+    option, *files = files_of(export)
+    control, flights = files[:-2], files[-2:]
+    names = name, name.replace("x", "y").replace("X", "Y")
+    changed = with_header(tmp_path / "files", flights, names, factor)
+    given = (option, *control, *changed, "--crs", "EPSG:31255", *KNOWN)
+    shown = invoke("init", tmp_path / "new", *given)
+    assert shown.exit_code == 0, shown.output
+    said = f"model_unit = {unit}: the header of {FLIGHTS[0]} says so"
+    assert said in shown.stdout
+    found = find_problems(tmp_path / "new")
+    assert found.block.high_flight.model_unit == unit
+    assert found.block.high_flight.scale_number == 15000.0
+    toml = tmp_path / "new" / "block.toml"
+    other = "mm" if unit == "um" else "um"
+    text = toml.read_text(encoding="utf-8")
+    text = text.replace(f'model_unit = "{unit}"', f'model_unit = "{other}"')
+    toml.write_text(text, encoding="utf-8")
+    fault = find_problems(tmp_path / "new").problems[0]
+    assert f"column '{name}' is in {unit}, but model_unit of the flight" in fault.found
+    assert fault.remedy.startswith(f"Set model_unit = '{unit}'")
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("km", 1e3), ("cm", 0.01), ("mm", 0.001)])
+def test_control_in_another_unit_without_a_word_is_told(
+    unit, metres, invoke, export, tmp_path, block_folder
+):
+    control = pd.read_csv(block_folder / "control_points.csv")
+    control[["easting", "northing"]] /= metres
+    table = tmp_path / "control.csv"
+    control.to_csv(table, index=False)
+    flights = [export / name for name in FLIGHTS]
+    refused = invoke("init", tmp_path / "new", "--yes", "--from", table, *flights)
+    assert refused.exit_code == 2
+    assert f"as if their coordinates were in {unit}" in refused.stderr
+    assert not (tmp_path / "new").exists()
+    # and the remedy works
+    names = {n: f"{n} [{unit}]" for n in ("easting", "northing")}
+    control.rename(columns=names).to_csv(table, index=False)
+    shown = invoke("init", tmp_path / "new", "--yes", "--from", table, *flights)
+    assert shown.exit_code == 0, shown.output
+
+
+def test_model_coordinates_in_feet_are_told(invoke, export, tmp_path):
+    option, *files = files_of(export)
+    changed = with_header(tmp_path / "f", files[-2:], ("x [ft]", "y [ft]"), 1.0)
+    refused = invoke("init", tmp_path / "new", "--yes", option, *files[:-2], *changed)
+    assert refused.exit_code == 2
+    assert "column 'x' is missing; 'x [ft]' is in ft" in refused.stderr
 
 
 OF_MODELS = "Block;{};Punkt;x;y\n1;1/2;101;1,23;2,34\n1;2/3;101;3,14;2,55\n"

@@ -279,10 +279,20 @@ def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
 
 
 def test_a_length_in_another_unit_is_not_taken_for_metres(tmp_path):
-    frame = read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n").frame
-    assert list(frame) == ["point_id", "Rechtswert [mm]", "northing"]
-    (fault,) = check_table(frame, CONTROL_POINTS).problems
-    assert fault.found == "column 'easting' is missing; 'Rechtswert [mm]' is in mm"
+    with pytest.raises(TableError, match=r"is in mm, column 'Hochwert \[m\]' in"):
+        read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n")
+    with pytest.raises(TableError, match="'Hochwert' states no unit"):
+        read_text(tmp_path, "Nr;Rechtswert [km];Hochwert\nA;1.0;2.0\n")
+    text = "Nr;Y [km];X_km;Höhe cm\nA;13.0001;322.0002;41150\n"
+    table = read_text(tmp_path, text, Said(crs=AUSTRIA))
+    values = table.frame[["easting", "northing", "height"]].to_numpy()
+    assert values.tolist() == [[13000.1, 322000.2, 411.5]]
+    (note,) = [one for one in table.notes if "converted to m: " in one]
+    assert "'Y [km]' (km)" in note
+    assert "'Höhe cm' (cm)" in note
+    text = "Nr;Rechtswert [ft];Hochwert [m]\nA;1.0;2.0\n"
+    (fault,) = check_table(read_text(tmp_path, text).frame, CONTROL_POINTS).problems
+    assert fault.found == "column 'easting' is missing; 'Rechtswert [ft]' is in ft"
     assert fault.expected == "metres"
     feet = LETTERS.replace("Y;X", "Y [ft];X [ft]")
     assert list(read_text(tmp_path, feet).frame) == ["point_id", "Y [ft]", "X [ft]"]

@@ -143,8 +143,8 @@ REFUSED = {
         "is it 1.234 or 1234?",
     ),
     "other unit": (
-        PLAIN.replace("\n", "\n;cm;cm;m;\n", 1),
-        r"'Rechtswert \[cm\]' is in cm",
+        PLAIN.replace("\n", "\n;cm;m;m;\n", 1),
+        r"'Rechtswert \[cm\]' is in cm, column",
     ),
     "sum at the end": (PLAIN + "Summe: 3 Punkte;;;;\n", "row 5, point Summe: 3 Punkte"),
     "a cell too many": (PLAIN.replace("411,5", "411,5;x"), "row 2: the row has 6 val"),

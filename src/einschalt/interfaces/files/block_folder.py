@@ -124,6 +124,15 @@ def _frame_of(table):
     return None if table is None else table.frame
 
 
+def _unit_of(section, key):
+    """Unit of the coordinates of a table of a flight; None of points on the ground."""
+    if key == "file":
+        return None
+    if key == "image_points":
+        return "mm" if section.camera is None else "px"
+    return section.model_unit
+
+
 def _block_file(path):
     path = Path(path)
     if path.is_dir():
@@ -224,7 +233,8 @@ class _Reading:
         self.sources[table] = source
 
         def read(file, source):
-            said = said_of(keys, crs or self.crs)
+            unit = _unit_of(self.toml.sections[section], key)
+            said = said_of(keys, crs or self.crs, unit)
             beside = self._companions(file.path, source, table)
             known = {"source": source, "beside": beside}
             found = self.readers.table(file, schema, said, **known)

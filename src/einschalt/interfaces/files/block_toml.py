@@ -172,12 +172,15 @@ def _file_of(value):
     return value
 
 
-def said_of(keys, crs=None) -> Said:
-    """What a section, or {file = …}, says of a table whose coordinates are in crs."""
+def said_of(keys, crs=None, unit=None) -> Said:
+    """What a section, or {file = …}, says of a table.
+
+    Its ground coordinates are in crs, those of its models or images in a unit.
+    """
     if not isinstance(keys, TableKeys):
-        return Said(crs=crs)
+        return Said(crs=crs, unit=unit)
     columns = keys.columns or {}
-    return Said(columns, keys.sheet, keys.layer, keys.decimal, crs)
+    return Said(columns, keys.sheet, keys.layer, keys.decimal, crs, unit)
 
 
 def named_file(value):

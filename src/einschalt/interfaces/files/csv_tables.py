@@ -113,7 +113,7 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
         rows.raise_problems(table.frame, schema)
         notes.append(rows.note)
     require_whole_end(whole, header, source)
-    return ReadTable(table.frame, tuple(note for note in notes if note))
+    return replace(table, notes=tuple(note for note in notes if note))
 
 
 def _without_apostrophes(frame, schema):

@@ -4,13 +4,15 @@ Titles may stand above them, the names may stand in two rows, one below the othe
 a row of units may follow.
 """
 
-from einschalt.foundations.column_words import PLANE, kind_of, plain_unit
+from einschalt.foundations.column_words import PLANE, kind_of
 from einschalt.foundations.decimal_commas import is_measure
+from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, plain_unit
 from einschalt.interfaces.files.understood_tables import is_whole_header
 
 HEAD_ROWS = 30  # in which the names of the columns must stand
-LENGTHS = {"m", "mm", "cm", "km", "um", "µm", "μm", "ft"}  # both signs of micro
-OTHER_UNITS = {"°", "deg", "gon", "grad", "px", "pixel"}
+LENGTHS = {*METRES_PER_LENGTH, "ft", PIXELS}
+UNITS = {*LENGTHS, "°", "deg", "gon", "grad"}
+FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}
 FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
 
@@ -58,15 +60,19 @@ def with_units(names, cells):
 
     >>> with_units(["No", "E", "N"], ["", "[m]", "[m]"])
     ['No', 'E [m]', 'N [m]']
+    >>> with_units(["No", "E", "N"], ["Text", "Meter", "Meter"])
+    ['No', 'E [m]', 'N [m]']
     >>> with_units(["No", "E", "N"], ["m", "1.0", "2.0"])
     """
     units = [plain_unit(cell) for cell in cells]
-    is_any = any(unit in LENGTHS for unit in units)
-    is_each = {*units} <= LENGTHS | OTHER_UNITS | NO_UNITS
-    if not (is_any and is_each and len(names) == len(units)):
+    n_lengths = sum(unit in LENGTHS for unit in units)
+    is_each = {*units} <= UNITS | NO_UNITS
+    # words such as Text or Nr. may stand beside: a point has no unit for a coordinate
+    is_row = n_lengths >= FEWEST_UNITS and not any(map(is_measure, cells))
+    if not (n_lengths and (is_each or is_row) and len(names) == len(units)):
         return None
     pairs = zip(names, units, strict=True)
-    return [n if unit in NO_UNITS or not n else f"{n} [{unit}]" for n, unit in pairs]
+    return [f"{n} [{unit}]" if n and unit in UNITS else n for n, unit in pairs]
 
 
 def is_list_of_points(cells, schema):

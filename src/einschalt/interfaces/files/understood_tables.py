@@ -38,6 +38,7 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import axis_letters, label_of
 from einschalt.foundations.tables import LINE, ROLES
 from einschalt.foundations.typesetting import count
+from einschalt.interfaces.files.header_lengths import in_expected_units
 
 ROLE = "role"
 NEW = "new"
@@ -54,6 +55,7 @@ class Said:
     layer: str | None = None  # of a file of layers
     decimal: str | None = None  # "," or "."
     crs: str | None = None  # of its coordinates
+    unit: str | None = None  # of the models or images of its flight; px of a camera
 
 
 NOTHING_SAID = Said()
@@ -77,6 +79,7 @@ class ReadTable:
     frame: pd.DataFrame  # the columns of the schema under their names, and the others
     notes: tuple[str, ...] = ()  # how it was understood
     crs: str | None = None  # of its coordinates, where the file states one
+    unit: str | None = None  # of model or image coordinates, where the header has it
 
 
 def meant_header(names, schema, said, source, row=None, *, usual=None):
@@ -100,6 +103,8 @@ def understood(frame, schema, said, meant, source) -> ReadTable:
     ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
     frame, notes = _with_points(frame, schema, said, source)
+    frame, note, unit = in_expected_units(frame, meant, schema, said, source)
+    notes.append(note)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:
         frame, note = _with_axes(frame, said, meant, source)
@@ -110,7 +115,7 @@ def understood(frame, schema, said, meant, source) -> ReadTable:
         notes += more
         hidden |= {ROLE} - set(frame.columns)
     notes.insert(0, translation_note(meant, source, hidden))
-    return ReadTable(frame, tuple(note for note in notes if note))
+    return ReadTable(frame, tuple(note for note in notes if note), unit=unit)
 
 
 def _with_points(frame, schema, said, source):

@@ -10,6 +10,7 @@ import io
 import re
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,7 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
     frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
     table = understood(frame, schema, said, meant, source)
-    return ReadTable(table.frame, (*notes, *table.notes))
+    return replace(table, notes=(*notes, *table.notes))
 
 
 def sheets_of(path, source):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.column_words import PLANE, in_other_unit
+from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import (
     EinschaltError,
     FileError,
@@ -76,6 +76,7 @@ class Looked:
     notes: tuple[str, ...] = ()
     crs: str | None = None  # that the file states
     left_out: tuple[str, ...] = ()  # columns that are no part of the table
+    unit: str | None = None  # of its model or image coordinates, if the header has it
 
     @property
     def title(self):
@@ -254,7 +255,7 @@ def _looked(file, kind, table, said):
     checked = tables.check_table(table.frame, fit, source=file.source)
     left_out = tuple(n for n in table.frame if n not in fit.names)
     raise_problems(_said_of_guess(kind, checked.problems, left_out))
-    found = (said, table.notes, table.crs, left_out)
+    found = (said, table.notes, table.crs, left_out, table.unit)
     return Looked(file.path, kind, checked.frame, *found)
 
 
@@ -328,14 +329,18 @@ def _headings(file, said):
 
 
 def _refuse_other_unit(file, said):
-    """Refuse ground points in another unit than metres, as Rechtswert [km]."""
-    schema = KINDS["ground"]
-    try:
-        frame = understand_table(file, schema, said, source=file.source).frame
-    except EinschaltError:  # another kind of table: that is said
-        return
-    if any(in_other_unit(list(frame), schema, name) for name in PLANE):
-        raise_problems(tables.check_table(frame, schema, source=file.source).problems)
+    """Refuse points in a unit that has no one meaning, as Rechtswert [ft]."""
+    for schema in KINDS.values():
+        own = replace(said, columns={})
+        try:
+            frame = understand_table(file, schema, own, source=file.source).frame
+        except EinschaltError:  # another kind of table: that is said
+            continue
+        names = [c.name for c in schema.columns if c.is_required]
+        lacking = [name for name in names if name not in frame]
+        if lacking and all(in_other_unit(list(frame), schema, n) for n in lacking):
+            checked = tables.check_table(frame, schema, source=file.source)
+            raise_problems(checked.problems)
 
 
 def _refuse_degrees(file, said):

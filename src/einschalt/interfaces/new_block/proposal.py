@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from einschalt.foundations.errors import (
     FileError,
     SettingsError,
     TableError,
     name_some,
 )
+from einschalt.foundations.header_units import METRES_PER_LENGTH
 from einschalt.foundations.language import mark_each
 from einschalt.foundations.names import is_among
 from einschalt.foundations.near_words import pair_meant, told_apart
@@ -20,8 +23,10 @@ from einschalt.interfaces.new_block.guesses import (
     systems_of,
     unit_of,
 )
+from einschalt.pipeline.block.facts import RANGES
 
 FLIGHTS = ("high_flight", "low_flight")
+USUAL_SCALE_NUMBER = 10_000.0
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
 # questions of two parts are told by part, also where several stand in one sentence
@@ -93,6 +98,7 @@ def propose(found, given) -> Proposal:
     units, scales = {}, {}
     for tables in flights:
         units[id(tables)], scales[id(tables)] = _sizes(tables, known)
+    _require_metres(known, scales.values())
     named = _named(flights, scales)
     for name, tables in named.items():
         proposal.tables |= {(name, key): one for key, one in tables.items()}
@@ -107,6 +113,35 @@ def propose(found, given) -> Proposal:
     _require_same_names(proposal, known, named)
     proposal.questions = _questions(proposal, named)
     return proposal
+
+
+def _require_metres(known, scales):
+    """Refuse control points against which no flight has a possible scale.
+
+    A power of ten that makes all scales possible is the unit that they have.
+    """
+    numbers = np.array([scale.value for scale in scales if scale is not None])
+    if not len(numbers) or _are_possible(numbers).any():
+        return
+    could = {u: numbers * metres for u, metres in METRES_PER_LENGTH.items()}
+    could = {unit: ones for unit, ones in could.items() if _are_possible(ones).all()}
+    if not could:
+        return
+    unit = min(could, key=lambda u: abs(np.log(could[u].mean() / USUAL_SCALE_NUMBER)))
+    shown = ", ".join(f"1:{number:g}" for number in numbers)
+    raise TableError(
+        f"the models have scales of {shown} against these points, as if their "
+        f"coordinates were in {unit}",
+        expected="coordinates in metres, or a unit behind the names of their columns",
+        remedy=f"Write the unit behind the names, as in 'easting [{unit}]', or give "
+        "metres; state the unit of model coordinates likewise if that is wrong",
+        file=known.title,
+    )
+
+
+def _are_possible(numbers):
+    possible = RANGES["scale_number"]
+    return (numbers >= possible.low) & (numbers <= possible.high)
 
 
 def _require_same_names(proposal, known, named):
@@ -239,6 +274,8 @@ def _sizes(tables, known):
     else:
         table, key = tables["model_points"], "model_id"
         unit = unit_of(table.frame)
+        if table.unit is not None:
+            unit = Guess(table.unit, f"the header of {table.title} says so")
     return unit, scale_of(table.frame, on_a_plane(known.frame), unit.value, key)
 
 

@@ -1,0 +1,93 @@
+"""Units behind the names of columns: ``x [mm]``, ``Höhe (m ü. A.)``, ``X in cm``.
+
+Where a column holds a length, any length is understood that has one meaning; a foot
+has two, and is none of them.
+"""
+
+import re
+import unicodedata
+
+from einschalt.foundations.units import METRES_PER_KM, METRES_PER_UNIT
+
+PIXELS = "px"
+METRES_PER_LENGTH = METRES_PER_UNIT | {"km": METRES_PER_KM}
+# as units are written out; both signs of micro are one after the first step below
+SPELLED = {
+    "m": "meter metern metre metres meters mètre mètres metro metri",
+    "mm": "millimeter millimetern millimetre millimetres millimeters millimètres "
+    "millimetri",
+    "cm": "zentimeter zentimetern centimetre centimetres centimeters centimètres "
+    "centimetri",
+    "km": "kilometer kilometern kilometre kilometres kilometers kilomètres chilometri",
+    "um": "μm mikrometer micrometre micrometres micron microns mikron",
+    PIXELS: "pixel pixels pix",
+    "ft": "feet foot fuss fuß usft ftus",
+}
+SIGNS = {word: unit for unit, words in SPELLED.items() for word in words.split()}
+SIGNS |= {unit: unit for unit in SPELLED}
+LONGEST_NAME = 60
+IN_BRACKETS = re.compile(r"\s*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$")
+WITHOUT = re.compile(
+    rf"(?:\s+(?:in|en)\s+|\s*[,;:/_\s-]\s*)({'|'.join(map(re.escape, SIGNS))})\.?\s*$",
+    re.IGNORECASE,
+)
+# what heights are counted from: m ü. A., m ü. NN, m ü. M., m s.l.m., m a.s.l.
+ABOVE = (
+    r"(?:(?:ü|ue?|über|ueber)[\s.]*(?:a|adria|nn|nhn|m|meer|ell|ellipsoid)"
+    r"|a\.?\s?s\.?\s?l|s\.?\s?l\.?\s?m|s\.?\s?m|nn|nhn|adria|ln\s?02|evrf\d*|dhhn\d*)\.?"
+)
+LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
+DEGREES = {"deg", "°"}
+
+
+def plain_unit(text):
+    """Unit without brackets, and without what heights are counted from.
+
+    >>> plain_unit("[m ü. A.]"), plain_unit("(mm)"), plain_unit("Meter")
+    ('m', 'mm', 'm')
+    """
+    unit = unicodedata.normalize("NFKC", text[:LONGEST_NAME]).strip("[](){}<> ")
+    above = LENGTH_ABOVE.fullmatch(unit)
+    unit = unit if above is None else above[1].lower()
+    unit = re.sub(r"^in\s+", "", unit)
+    return SIGNS.get(unit.casefold(), unit)
+
+
+def parted_unit(name, *, is_plain=False):
+    """Part the unit from the name of a column; None where there is none.
+
+    ``is_plain``: also one without brackets.
+
+    >>> parted_unit("x [µm]"), parted_unit("x_mm"), parted_unit("Y {Meter}")
+    (('x', 'um'), ('x_mm', None), ('Y', 'm'))
+    >>> parted_unit("x_mm", is_plain=True), parted_unit("X in cm", is_plain=True)
+    (('x', 'mm'), ('X', 'cm'))
+    """
+    said = IN_BRACKETS.search(name)
+    if said is None and is_plain and len(name) <= LONGEST_NAME:
+        said = WITHOUT.search(unicodedata.normalize("NFKC", name))
+    if said is None or not said.start():
+        return name, None
+    return name[: said.start()], plain_unit(said[1])
+
+
+def is_length(unit):
+    """Whether a column with that unit, in the words of a schema, holds lengths.
+
+    >>> is_length("metres"), is_length("square metres"), is_length("degrees")
+    (True, False, False)
+    """
+    return unit.partition(",")[0].removesuffix("s") in {
+        *("metre", "millimetre", "centimetre", "micrometre")
+    }
+
+
+def may_be_in(said, unit):
+    """Whether values in a unit can be had in another one, as a schema calls it.
+
+    >>> may_be_in("cm", "metres"), may_be_in("ft", "metres"), may_be_in("°", "degrees")
+    (True, False, True)
+    """
+    if is_length(unit):
+        return said in METRES_PER_LENGTH or (said == PIXELS and "pixels" in unit)
+    return unit == "degrees" and said in DEGREES
