@@ -1,11 +1,13 @@
 """Texts that end within their last number: only its decimals tell."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS
 from einschalt.interfaces.files.csv_tables import read_csv, understand_csv
+from einschalt.interfaces.files.cut_files import note_on_last_model
 
 HEAD = "model_id,point_id,x,y\n"
 XY = np.random.default_rng(1).uniform(-100.0, 100.0, (150, 2))
@@ -67,3 +69,32 @@ def test_a_list_parted_by_blanks_is_looked_at_as_it_was(tmp_path):
     path.write_text("point_id easting northing height\n" + text + "X 1.000 2.000 3.5")
     with pytest.raises(TableError, match=r"'3.5' has fewer decimals \(1\)"):
         understand_csv(path, CONTROL_POINTS)
+
+
+def in_models(sizes, word="model_id"):
+    names = np.repeat([f"{k}/{k + 1}" for k in range(len(sizes))], sizes)
+    points = np.concatenate([np.arange(size) for size in sizes])
+    return pd.DataFrame({word: names, "point_id": points.astype(str)})
+
+
+@pytest.mark.parametrize("word", ["model_id", "image_id"])
+def test_a_last_model_that_is_cut_short_is_noted(word):
+    """Whole rows were lacking, and nothing told it."""
+    note = note_on_last_model(in_models([12] * 10 + [5], word), word, "low.csv")
+    assert note.startswith(f"low.csv: the last {word[:-3]}, 10/11, has 5 points, every")
+    assert "every other one 12 or more: was the file cut off?" in note
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [[12] * 10 + [6], [12] * 9 + [5], [12] * 9 + [5, 4], [12] * 10, [12]],
+)
+def test_a_small_model_among_others_is_no_cut(sizes):
+    assert note_on_last_model(in_models(sizes), "model_id", "low.csv") is None
+
+
+def test_models_whose_rows_are_scattered_tell_nothing():
+    frame = pd.concat([in_models([12] * 12), in_models([3])])
+    assert note_on_last_model(frame, "model_id", "low.csv") is None
+    assert note_on_last_model(frame[["point_id"]], "model_id", "low.csv") is None
+    assert note_on_last_model(frame.head(0), "model_id", "low.csv") is None

@@ -36,6 +36,7 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of
+from einschalt.interfaces.files.cut_files import note_on_last_model
 from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import (
     companions,
@@ -244,6 +245,10 @@ class _Reading:
         done = self._said(section, key, lambda: self._file(source, section, key, read))
         if done is not None:
             self.notes += done.notes
+            if key in ("model_points", "image_points"):
+                part = "model_id" if key == "model_points" else "image_id"
+                note = note_on_last_model(done.frame, part, source)
+                self.notes += [note] if note else []
         return done
 
     def _companions(self, path, source, table):

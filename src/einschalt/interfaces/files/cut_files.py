@@ -7,12 +7,19 @@ and that it has fewer decimals than all above it tells.
 
 import re
 
+import numpy as np
+
 from einschalt.foundations.errors import TableError
+from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.names import encode
+from einschalt.foundations.typesetting import count
 
 TAIL_BYTES = 2**16  # that are looked at
 # rows above that tell: all with as many decimals, which few rows of numbers whose zeros
 # are left out have by chance, or with several numbers of them
 FEWEST_ROWS, FEWEST_OF_SEVERAL = 30, 100
+# of models; a last one with less than that share of the points of the smallest other
+FEWEST_MODELS, SMALL_SHARE = 10, 0.5
 NUMBER = re.compile(r"[+-]?\d*(?:[.,](\d*))?")
 
 
@@ -55,3 +62,31 @@ def _last_number(line, separator):
     if not text or found is None or (separator == "," and "," in text):
         return text, None
     return text, len(found[1] or "")
+
+
+def note_on_last_model(frame, key, source):
+    """Say that the last model or image is far smaller than all; None where it is not.
+
+    Whole rows that are lacking leave no other trace. ``key``: ``model_id`` or
+    ``image_id``; models must stand one after the other.
+    """
+    keys = [frame[name] for name in ("coverage", key) if name in frame]
+    if key not in frame or not len(frame):
+        return None
+    codes = row_codes([encode(one.astype(str)) for one in keys])
+    starts = np.flatnonzero(np.diff(codes, prepend=codes[0] - 1))
+    *others, last = np.diff(starts, append=len(codes))
+    is_sorted = len(starts) == len(np.unique(codes))
+    is_small = len(others) >= FEWEST_MODELS and last < min(others) * SMALL_SHARE
+    if not (is_sorted and is_small):
+        return None
+    name, points = frame[key].iloc[-1], count(int(last), "point")
+    if key == "image_id":
+        return (
+            f"{source}: the last image, {name}, has {points}, every other one "
+            f"{min(others)} or more: was the file cut off? Compare it with its source"
+        )
+    return (
+        f"{source}: the last model, {name}, has {points}, every other one "
+        f"{min(others)} or more: was the file cut off? Compare it with its source"
+    )
