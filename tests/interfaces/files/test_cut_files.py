@@ -98,3 +98,5 @@ def test_models_whose_rows_are_scattered_tell_nothing():
     assert note_on_last_model(frame, "model_id", "low.csv") is None
     assert note_on_last_model(frame[["point_id"]], "model_id", "low.csv") is None
     assert note_on_last_model(frame.head(0), "model_id", "low.csv") is None
+    twice = in_models([12] * 10 + [5])[["model_id", "point_id", "model_id"]]
+    assert note_on_last_model(twice, "model_id", "low.csv") is None

@@ -70,9 +70,10 @@ def note_on_last_model(frame, key, source):
     Whole rows that are lacking leave no other trace. ``key``: ``model_id`` or
     ``image_id``; models must stand one after the other.
     """
-    keys = [frame[name] for name in ("coverage", key) if name in frame]
-    if key not in frame or not len(frame):
+    names = list(frame.columns)
+    if names.count(key) != 1 or names.count("coverage") > 1 or not len(frame):
         return None
+    keys = [frame[name] for name in ("coverage", key) if name in names]
     codes = row_codes([encode(one.astype(str)) for one in keys])
     starts = np.flatnonzero(np.diff(codes, prepend=codes[0] - 1))
     *others, last = np.diff(starts, append=len(codes))
