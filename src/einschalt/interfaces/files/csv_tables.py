@@ -222,7 +222,10 @@ class _Rows:
         if last_line > line:
             return self._quote_problem(line, last_line)
         n_values, n_columns = len(row), len(self.header.names)
-        remedy = "Part the values as the header does, and leave none out"
+        remedy = (
+            "Part the values as the header does, and leave none out; delete the row "
+            "if it is a remark"
+        )
         if n_values > n_columns:
             remedy = f"Put a value that holds {self._name} itself into quotes"
             if self.header.separator == ",":
