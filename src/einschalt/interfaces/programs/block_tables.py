@@ -61,7 +61,7 @@ def found_in(file, source=None, beside=()) -> Foreign | None:
 def understand(path, schema, said=NOTHING_SAID, *, source=None, beside=()) -> ReadTable:
     """Read a table of a block, as understand_table does, from any known file."""
     source = source or Path(path).name
-    is_table = said != replace(NOTHING_SAID, crs=said.crs)
+    is_table = said != replace(NOTHING_SAID, crs=said.crs, unit=said.unit)
     foreign = None if is_table else found_in(path, source, beside)
     if foreign is None:
         return understand_table(path, schema, said, source=source, beside=beside)
