@@ -79,6 +79,7 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     findings_of,
 )
 from einschalt.pipeline.assessment.kept_gross_errors import (
+    with_broken_network,
     with_kept_gross_errors,
     with_other_targets,
     with_points_put_off,
@@ -189,6 +190,7 @@ def _with_gross_errors(examined, judges, findings):
     # what a height does to its models looks like anything else
     findings = with_wrong_height(examined, judges, findings)
     findings = with_points_put_off(examined, judges, findings)
+    findings = with_broken_network(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)
     findings = with_other_targets(examined, judges, findings)

@@ -21,6 +21,10 @@ from einschalt.pipeline.assessment.causes import SHARED, with_consequences
 from einschalt.pipeline.assessment.choice import MOST_TRIED
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
+from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
+    with_region_back,
+)
+from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
@@ -48,6 +52,9 @@ OTHER_TARGETS, WRONG_HEIGHT = "other_targets", "wrong_control_height"
 CLAIM = "claim_that_does_not_stand"
 # the block is computed without them: the first of them explains what is gone then
 PUT_OFF = ("wrong_approximate_points", "displaced_region")
+BROKEN = "broken_network"
+# what shows that control is more than broken in two
+OF_NETWORK = {BROKEN, "strained_network", "contradicting_control", *PUT_OFF}
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
@@ -191,6 +198,35 @@ def with_points_put_off(examined, judges, findings):
         for found in findings
     )
     return with_consequences(causes[0], beside, explained)
+
+
+def with_broken_network(examined, judges, findings):
+    """Put what is gone where both parts of control lie alike under what parts them.
+
+    Only where chance surely does not, and where nothing else is wrong with the network
+    then: the other part may be off instead, but one of them is.
+    """
+    cause = next((found for found in findings if found.code == BROKEN), None)
+    step = examined.network_step
+    if cause is None or cause.explained_by or step is None:
+        return findings
+    if step.p_value > FINDING_SIGNIFICANCE or not _is_small(examined.two_step):
+        return findings
+    try:
+        region = region_of_step(examined.two_step, step)
+        block = with_region_back(examined.block, region)
+        again = _solved(examined, block, examined.settings)
+        remaining = {found.code for found in findings_of(again, judges)}
+    except EinschaltError:  # the rest does not hold together
+        return findings
+    if remaining & OF_NETWORK:
+        return findings
+    explained = tuple(
+        found.code
+        for found in findings
+        if _may_follow(found) and found.code not in {BROKEN, *remaining}
+    )
+    return with_consequences(cause, findings, explained)
 
 
 def _rejected_elsewhere_too(claim, left):

@@ -76,6 +76,8 @@ CONTROL_IN = mark_each(
         "middle": "check the control points in the middle first",
     }
 )
+# what a computation without it has shown to move the points
+MAKES_THE_BOUND = ("broken_network", "displaced_region", "wrong_approximate_points")
 CONTROL_IN_SEVERAL = mark("check the control points of {n} displaced regions first")
 CONTROL_IN_PARTS = mark("compare both parts of the control network first")
 ELSEWHERE = mark("{figure} outside displaced regions")
@@ -176,9 +178,9 @@ def _better(choice):
 
 def _cause(assessment):
     """Say what to mend first where something contradicts the figure."""
-    if not assessment.causes or not assessment.credible.is_lower_bound:
+    code = next(iter(assessment.causes), None) or _alone(assessment.findings)
+    if not code or not assessment.credible.is_lower_bound:
         return ""
-    code = assessment.causes[0]
     cause = next(found for found in assessment.findings if found.code == code)
     if cause.facts.get("given") == "control_points":
         return _where_control_is_off(cause.facts)
@@ -188,6 +190,12 @@ def _cause(assessment):
     words = CAUSES[code] if len(names) == 1 else CAUSE_OF_SEVERAL[code]
     n = figure(len(names), "d")
     return translated(words, name=printable(names[0]), n=n)
+
+
+def _alone(findings):
+    """What makes the bound by itself, though no other finding follows from it."""
+    proven = (f.code for f in findings if "explains" in f.facts)
+    return next((code for code in proven if code in MAKES_THE_BOUND), "")
 
 
 def _where_control_is_off(facts):

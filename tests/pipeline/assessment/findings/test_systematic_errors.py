@@ -34,6 +34,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
         patterns=SystematicPatterns(affinities, strain),
         strain=strain,
         control_patterns=NO_PATTERNS,
+        network_step=None,
         figures=SimpleNamespace(mean_within=mean_total),
         adjustment=adjusted,
     )

@@ -100,6 +100,18 @@ class ControlScores:
             kept[:, ~is_free] - share @ free[:, ~is_free],
         )
 
+    def beside(self, pattern: np.ndarray) -> "ControlScores":
+        """The same beside a pattern of displacements (n,) of whatever amplitude."""
+        shown = self.information @ pattern
+        known = float(shown @ pattern)
+        if not known > 0.0:
+            return self
+        return ControlScores(
+            self.places,
+            self.values - np.outer(shown, pattern @ self.values) / known,
+            self.information - np.outer(shown, shown) / known,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class NetworkStrain:
@@ -191,6 +203,16 @@ def strain_without(examined, wrong):
     if not is_free.any():
         return strain
     return _strain_of(scores.without(is_free), control)
+
+
+def strain_beside(strain, point_ids, control):
+    """The strain that is left beside a shift of some points, which may be as it likes.
+
+    None where nothing tells.
+    """
+    names = control["point_id"].to_numpy(dtype=object)[strain.scores.places]
+    pattern = np.isin(names, list(point_ids)).astype(float)
+    return _strain_of(strain.scores.beside(pattern), control)
 
 
 def beyond_strain_test(examined):

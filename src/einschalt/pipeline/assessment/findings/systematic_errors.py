@@ -6,6 +6,7 @@ from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
@@ -93,6 +94,8 @@ def _smooth_strain(examined, remedy):
     strain = examined.strain
     if strain is None or not (strain.is_significant and strain.is_smooth):
         return None
+    if examined.network_step is not None:
+        return None  # which explains it
     claimed = float(examined.figures.mean_within)
     is_known = claimed > 0.0
     largest = strain.displacements.head(MOST_DISPLACEMENTS)
@@ -122,12 +125,17 @@ def _smooth_strain(examined, remedy):
 
 def broken_network(examined):
     """Control of which one part lies apart from the other, or that is bent."""
-    pattern, strain = examined.control_patterns.plan, examined.strain
-    if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
-        return None
-    if strain is not None and strain.is_significant and strain.is_smooth:
-        return None  # which says more
+    pattern, strain = examined.network_step, examined.strain
+    if pattern is None:
+        pattern = examined.control_patterns.plan
+        if pattern is None or pattern.kind is not Kind.BEND:
+            return None
+        if strain is not None and strain.is_significant and strain.is_smooth:
+            return None  # which says more
     easting, northing = pattern.amplitude
+    remedy, part = "check_network_in_parts", {}
+    if pattern.kind is Kind.STEP:
+        remedy, part = _part_that_is_off(pattern, examined.two_step)
     return finding(
         "broken_network",
         names=pattern.point_ids,
@@ -135,7 +143,7 @@ def broken_network(examined):
         observed=pattern.size,
         expected=0.0,
         probability=pattern.p_value,
-        remedy="check_network_in_parts",
+        remedy=remedy,
         facts={
             "kind": str(pattern.kind),
             "n_points": len(pattern.point_ids),
@@ -144,8 +152,21 @@ def broken_network(examined):
             "northing": northing,
             "size": pattern.size,
             "moved": float(pattern.moved),
+            **part,
         },
     )
+
+
+def _part_that_is_off(step, two_step):
+    """What to do about a step, and facts on where it is."""
+    region = region_of_step(two_step, step)
+    is_told = not region.may_be_the_others
+    return "correct_control" if is_told else "compare_both_parts", {
+        "given": "control_points",
+        "where": _side(region.direction),
+        "part_is_told": is_told,
+        "further_regions": (),
+    }
 
 
 def contradicting_control(examined):

@@ -206,7 +206,12 @@ def strained_network(finding):
 
 def broken_network(finding):
     """Which part lies apart, and where to; or by how much control is bent."""
-    return filled(BENT if finding.facts["kind"] == "bend" else BROKEN, finding)
+    words = BENT if finding.facts["kind"] == "bend" else BROKEN
+    return Suggestion(
+        filled(words, finding),
+        translated(REMEDIES[finding.remedy]),
+        details=explained(finding.facts.get("explains", ())),
+    )
 
 
 def wrong_approximate_points(finding):

@@ -92,14 +92,14 @@ def scan_control(two_step):
 
     def beside(region):
         """Check points; of two steps, which hold control."""
-        return [_check_points(two_step, xy, region)]
+        return [check_points_beside(two_step, xy, region)]
 
     found, is_decided = by_known_points(found, len(control), beside)
     n_elsewhere = len(control) - sum(len(region.rows) for region in found)
     how = {"is_of_control": True, "is_decided": is_decided}
     return tuple(
         told_region(
-            control, region, n_elsewhere, _moved_with(region, *beside(region)), **how
+            control, region, n_elsewhere, moved_with(region, *beside(region)), **how
         )
         for region in found
     )
@@ -136,7 +136,7 @@ def _known_of_control(two_step):
     return np.flatnonzero(is_used), _Checks(scores, information)
 
 
-def _check_points(two_step, xy, region):
+def check_points_beside(two_step, xy, region):
     """Check points as KnownPoints: inside where the nearest control point is."""
     points = two_step.points
     points = points[(points["role"] == "check").to_numpy()]
@@ -156,7 +156,7 @@ def _check_points(two_step, xy, region):
     )
 
 
-def _moved_with(region, check):
+def moved_with(region, check):
     """The check points that are displaced with a region, as KnownPoints.
 
     The block moves with control by a part of the shift, and they by nothing or by all

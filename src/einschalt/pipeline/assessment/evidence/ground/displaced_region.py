@@ -29,6 +29,7 @@ from einschalt.pipeline.assessment.evidence.ground.given_region import (
     exceeds_stated,
     told_region,
 )
+from einschalt.pipeline.assessment.evidence.ground.network_step import network_step
 from einschalt.pipeline.assessment.evidence.ground.onto_given_points import (
     first_pass,
     observations,
@@ -86,6 +87,7 @@ class BesideDisplacedRegion:
     """
 
     is_with_regions_back = False
+    network_step = cached_property(network_step)
 
     @cached_property
     def _wrong_points(self):
@@ -188,7 +190,7 @@ class BesideDisplacedRegion:
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
         block = solution.block
         for region in self.two_step.displaced_regions:
-            block = _corrected(block, region)
+            block = with_region_back(block, region)
         flights = self.two_step.solution.flights
         again = type(self)(solve(block, solution.settings, flights, _in_silence))
         vars(again.two_step).update(NO_MORE_REGIONS, is_with_regions_back=True)
@@ -388,7 +390,7 @@ def _larger_by_m_0(two_step, flight, given):
     return replace(given, weight=given.weight * of_given / left)
 
 
-def _corrected(block, region):
+def with_region_back(block, region):
     """A block with the region where all others have it."""
     with_it = region.control_ids if region.control_is_alike else ()
     if region.is_of_control:
