@@ -102,6 +102,28 @@ def test_known_points_that_the_budget_does_not_explain_enlarge_it(demo_block):
     assert told.remedy == "state_control_errors"
 
 
+def test_errors_of_control_that_are_stated_are_not_asked_for(demo_block):
+    """Approximate points of their own error leave no total figure; control has one."""
+    truth = demo_block.truth[["point_id", "easting", "northing"]]
+    control = demo_block.control_points.copy()
+    control["easting"] += np.random.default_rng(1).normal(0.0, 0.5, len(control))
+    block = replace(
+        demo_block,
+        high_flight=None,
+        approximate_points=truth,
+        approximate_m_0_m=0.2,
+        control_points=control,
+    )
+    result = densify(block)
+    assert np.isnan(result.figures.mean_total)
+    (told,) = (
+        found
+        for found in result.assessment.findings
+        if found.code == "control_points_beyond_claim"
+    )
+    assert told.remedy == "look_for_wrong_control"
+
+
 def test_nothing_is_believed_where_nothing_is_known(good_result):
     unknown = with_figures(good_result, mean_total=np.nan, mean_paper=np.nan)
     figure = unknown.examination.credible
