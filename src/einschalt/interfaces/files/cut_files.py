@@ -10,8 +10,6 @@ import re
 import numpy as np
 
 from einschalt.foundations.errors import TableError
-from einschalt.foundations.key_columns import row_codes
-from einschalt.foundations.names import encode
 from einschalt.foundations.typesetting import count
 
 TAIL_BYTES = 2**16  # that are looked at
@@ -73,13 +71,17 @@ def note_on_last_model(frame, key, source):
     names = list(frame.columns)
     if names.count(key) != 1 or names.count("coverage") > 1 or not len(frame):
         return None
-    keys = [frame[name] for name in ("coverage", key) if name in names]
-    codes = row_codes([encode(one.astype(str)) for one in keys])
-    starts = np.flatnonzero(np.diff(codes, prepend=codes[0] - 1))
-    *others, last = np.diff(starts, append=len(codes))
-    is_sorted = len(starts) == len(np.unique(codes))
+    # from row to row: to code all names takes as long as to read them
+    keys = frame[[name for name in ("coverage", key) if name in names]]
+    is_first = np.zeros(len(keys), dtype=bool)
+    for name in keys:
+        is_first |= (keys[name] != keys[name].shift()).to_numpy(
+            dtype=bool, na_value=True
+        )
+    starts = np.flatnonzero(is_first)
+    *others, last = np.diff(starts, append=len(keys))
     is_small = len(others) >= FEWEST_MODELS and last < min(others) * SMALL_SHARE
-    if not (is_sorted and is_small):
+    if not is_small or keys.iloc[starts].duplicated().any():
         return None
     name, points = frame[key].iloc[-1], count(int(last), "point")
     if key == "image_id":
