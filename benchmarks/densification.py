@@ -15,6 +15,7 @@ import numpy as np
 
 import einschalt as es
 from benchmarks.racing import Outcome, at_most, exponent, peak_gib, report
+from einschalt.foundations.kept_memory import keep_freed_memory
 
 # side of the square [m]: the low flight then has about 100, 1000 and 10 000 models
 SIDES = (6_500.0, 21_500.0, 68_000.0)
@@ -122,6 +123,7 @@ def _country(growth):
 
 def _alone():
     """Densify a part of a country; print its size, seconds, and GiB."""
+    keep_freed_memory()  # as a command does
     block = _block(SIDES[0])
     assert es.densify(block).summary()
     block = _block(COUNTRY * np.sqrt(SHARE))

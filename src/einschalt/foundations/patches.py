@@ -13,7 +13,7 @@ import numpy as np
 class Patches:
     """Cells of a square grid, some of which are kept."""
 
-    corner: np.ndarray  # (2,)
+    corners: np.ndarray  # (2, 2): the lower left one and the upper right one of all
     side: float
     is_kept: np.ndarray  # (n_columns, n_rows)
 
@@ -27,25 +27,25 @@ class Patches:
         >>> int(patches.hold(xy).sum())
         50
         """
-        corner, extent = xy.min(axis=0), np.ptp(xy, axis=0)
-        share = of_patch / len(xy)
+        corners = np.array([xy.min(axis=0), xy.max(axis=0)])
+        extent, share = corners[1] - corners[0], of_patch / len(xy)
         # points on one line have no area
-        side = max(np.sqrt(np.prod(extent) * share), extent.max() * share)
-        cells = _cells(xy, corner, side)
-        is_kept = np.zeros(cells.max(axis=0) + 1, dtype=bool)
-        is_kept[tuple(cells.T)] = True
-        filled = np.argwhere(is_kept)
-        left_out = np.delete(filled, np.s_[::every], axis=0)
+        side = max(np.sqrt(np.prod(extent) * share), extent.max() * share) or 1.0
+        is_kept = np.zeros(np.maximum(np.ceil(extent / side), 1).astype(int), bool)
+        every_cell = cls(corners, side, is_kept)
+        is_kept[tuple(every_cell._cells(xy).T)] = True
+        left_out = np.delete(np.argwhere(is_kept), np.s_[::every], axis=0)
         is_kept[tuple(left_out.T)] = False
-        return cls(corner, side, is_kept)
+        return every_cell
 
     def hold(self, xy):
         """Whether each point (n, 2) lies in a patch that is kept, ndarray of bool."""
-        cells = _cells(xy, self.corner, self.side)
-        is_inside = ((cells >= 0) & (cells < self.is_kept.shape)).all(axis=1)
-        cells = np.where(is_inside[:, None], cells, 0)
+        low, high = self.corners
+        is_inside = ((xy >= low) & (xy <= high)).all(axis=1)
+        cells = self._cells(np.where(is_inside[:, None], xy, low))
         return is_inside & self.is_kept[tuple(cells.T)]
 
-
-def _cells(xy, corner, side):
-    return np.floor((xy - corner) / side).astype(np.int64)
+    def _cells(self, xy):
+        """Column and row of points; those at the far ends belong to the last ones."""
+        cells = np.floor((xy - self.corners[0]) / self.side).astype(np.int64)
+        return np.minimum(cells, np.array(self.is_kept.shape) - 1)
