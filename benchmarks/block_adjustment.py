@@ -29,7 +29,6 @@ from benchmarks.racing import (
     ratio_of,
     report,
 )
-from einschalt.foundations.kept_memory import keep_freed_memory
 from einschalt.theory.block_adjustment import solver as parts
 from einschalt.theory.block_adjustment.block_solution import adjust
 
@@ -229,7 +228,6 @@ def _in_a_process(n_across, n_along):
 
 def _alone(text):
     """Adjust a block with all variances; print seconds of CPU and clock, and GiB."""
-    keep_freed_memory()  # as a command does
     assert np.isfinite(adjust(generate_block(10, 10)).point_cofactors).all()
     block = generate_block(*map(int, text.split("x")))
     begin, began = process_time(), perf_counter()

@@ -2,8 +2,9 @@
 
 The C library of Linux asks the system for each array of more than 32 MB anew, and gives
 it back with the array: each page of it is fetched and filled with zeros, which takes as
-long as what is then computed in it. Of 71 100 models of the low flight a command takes
-20 % less time with what is kept, and 5 % more memory.
+long as what is then computed in it. With what is kept a block of 71 100 models of the
+low flight takes 20 % less time and 5 % more memory (a million models adjusted at once:
+12 % more), so that blocks which leave no room for that do without.
 """
 
 import os

@@ -13,6 +13,7 @@ import pandas as pd
 import pyogrio
 import pytest
 
+from einschalt.interfaces.cli.work import densify as work
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.pipeline.settings import Settings, words_of
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
@@ -32,6 +33,18 @@ FILES = {
     *("orientations.parquet", "block.gpkg", "report.html", "summary.txt"),
     "provenance.json",
 }
+
+
+@pytest.mark.parametrize("is_to_spare", [True, False])
+def test_freed_memory_is_kept_where_there_is_enough(
+    invoke, block_folder, tmp_path, monkeypatch, is_to_spare
+):
+    kept = []
+    monkeypatch.setattr(work, "keep_freed_memory", lambda: kept.append(1))
+    monkeypatch.setattr(work, "has_memory_to_spare", lambda _block: is_to_spare)
+    done = invoke("densify", block_folder, "-o", tmp_path / "out", "--no-report")
+    assert done.exit_code == 0
+    assert len(kept) == is_to_spare
 
 
 @pytest.mark.parametrize("command", ["densify", "batch"])

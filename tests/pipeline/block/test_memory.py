@@ -77,6 +77,16 @@ def test_usual_blocks_need_little(demo_block):
     memory.require_memory(demo_block)
 
 
+@pytest.mark.parametrize(("share", "is_to_spare"), [(0.7, True), (0.9, False)])
+def test_a_block_that_needs_most_of_it_leaves_nothing(
+    demo_block, monkeypatch, share, is_to_spare
+):
+    needed = memory.BYTES_OF_PROGRAM + sum(memory.needed_bytes(demo_block).values())
+    monkeypatch.setattr(memory, "allowed_bytes", lambda: needed / share)
+    assert memory.has_memory_to_spare(demo_block) == is_to_spare
+    memory.require_memory(demo_block)  # it is computed all the same
+
+
 def test_the_limit_of_a_process_counts(demo_block, monkeypatch):
     monkeypatch.setattr(memory, "allowed_bytes", lambda: 1000.0)
     with pytest.raises(GeometryError, match="at most the 1e-06 GB that this"):

@@ -14,7 +14,6 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.foundations.kept_memory import keep_freed_memory
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import LANGUAGES, mark, mark_each, written_in
 from einschalt.foundations.system_errors import reason_of
@@ -57,8 +56,6 @@ COMMANDS = mark_each(
 )
 # the example blocks, Kovarik's own tables, and the present folder
 ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan", "serve")
-# processes beside which others compute
-THAT_STAY = ("serve", "batch")
 EXAMPLES = mark("Examples:")
 MOST_OF_A_LINE = 74  # of 80, which help indents, and the sign that a line goes on
 OPTION_AND_VALUE = re.compile(r"(?<=\s)(-\S+) (?!-)(\S+)")
@@ -213,8 +210,6 @@ def run():
         os.environ["COLUMNS"] = str(WIDER_THAN_HELP)
         completion_init()
     open_closed_streams()
-    if not set(THAT_STAY).intersection(sys.argv):
-        keep_freed_memory()
     # what PROJ_AUX_DB has to do with it is said where a system is unknown
     warnings.filterwarnings("ignore", message="pyproj unable to set PROJ database path")
     for stream in (sys.stdout, sys.stderr):

@@ -26,6 +26,7 @@ BYTES_OF_PROGRAM = 0.3e9  # libraries and compiled code, before the first table
 BYTES_PER_PAIR = 64
 BYTES_PER_TWO_MODELS = 300
 BYTES_PER_MEASUREMENT = 4000
+SHARE_OF_ALL = 0.8
 OF_THIS_GROUP = Path("/sys/fs/cgroup/memory.max")  # of containers, on Linux
 RAISE_LIMIT = "Raise the limit (ulimit -v or -d)"
 THIN_OUT = "Take fewer points of a model, such as a tenth of a matched cloud"
@@ -79,8 +80,8 @@ def _known_points(block, name):
 
 def require_memory(block):
     """Refuse a block that surely needs more memory than this process may have."""
-    needed = needed_bytes(block)
-    total, there = BYTES_OF_PROGRAM + sum(needed.values()), allowed_bytes()
+    needed, there = needed_bytes(block), allowed_bytes()
+    total = BYTES_OF_PROGRAM + sum(needed.values())
     largest, remedy = max(needed, key=needed.get)
     found = f"the block needs about {gigabytes(total)} of memory, with {largest}"
     if total > there:
@@ -92,6 +93,12 @@ def require_memory(block):
             "of which libraries reserve"
         )
         raise GeometryError(found, expected=expected, remedy=RAISE_LIMIT)
+
+
+def has_memory_to_spare(block) -> bool:
+    """Whether a block leaves room for memory that is given back and not yet needed."""
+    needed = BYTES_OF_PROGRAM + sum(needed_bytes(block).values())
+    return needed <= SHARE_OF_ALL * allowed_bytes()
 
 
 def allowed_bytes() -> float:

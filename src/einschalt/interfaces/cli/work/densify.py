@@ -2,6 +2,7 @@
 
 import typer
 
+from einschalt.foundations.kept_memory import keep_freed_memory
 from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
@@ -17,6 +18,7 @@ from einschalt.interfaces.files.result_folder import (
 )
 from einschalt.interfaces.provenance import figures_of
 from einschalt.pipeline.assessment.finding import Gravity
+from einschalt.pipeline.block.memory import has_memory_to_spare
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 
@@ -46,6 +48,8 @@ def densify(
     ):
         read = python_api.read_block(block, given)
         progress.n_usual = usual_kernels(read)
+        if has_memory_to_spare(read):
+            keep_freed_memory()
         with held_folder(output, output_of(read, overwrite=overwrite)):
             result = python_api.densify(read, read.settings, progress=progress)
             report_progress = stage_reporter(progress)
