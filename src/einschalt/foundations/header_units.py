@@ -25,6 +25,8 @@ SPELLED = {
 }
 SIGNS = {word: unit for unit, words in SPELLED.items() for word in words.split()}
 SIGNS |= {unit: unit for unit in SPELLED}
+# as schemas call what they expect
+NAMES_OF_LENGTHS = {"metres", "centimetres", "millimetres", "micrometres"}
 LONGEST_NAME = 60
 IN_BRACKETS = re.compile(r"\s*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$")
 WITHOUT = re.compile(
@@ -77,9 +79,7 @@ def is_length(unit):
     >>> is_length("metres"), is_length("square metres"), is_length("degrees")
     (True, False, False)
     """
-    return unit.partition(",")[0].removesuffix("s") in {
-        *("metre", "millimetre", "centimetre", "micrometre")
-    }
+    return unit.partition(",")[0] in NAMES_OF_LENGTHS
 
 
 def may_be_in(said, unit):

@@ -336,7 +336,9 @@ REMEDIES_OF = {
     "curved_models": ("adjust_or_calibrate",),
     "strained_network": ("check_network_or_adjust", "check_network"),
     "broken_network": (
-        *("correct_control", "compare_both_parts", "check_network_in_parts"),
+        "correct_control",
+        "compare_both_parts",
+        "check_network_in_parts",
     ),
     "contradicting_control": ("look_for_wrong_control_or_raise_errors",),
     "gross_measurements": ("measure_rejected_again",),

@@ -100,16 +100,17 @@ def _require_kind_of_image(meant, unit, expected, source):
         return
     name = next(n for group in PLACES for n in group if n in meant.units)
     shown = meant.translated[name]
+    if unit == PIXELS:
+        raise TableError(
+            f"column '{shown}' is in pixels, and the flight has no camera",
+            expected="millimetres from the principal point",
+            remedy="Name its camera, which says how large a pixel is (docs/tables.md)",
+            file=source,
+        )
     raise TableError(
-        f"column '{shown}' is in pixels, and the flight has no camera"
-        if unit == PIXELS
-        else f"column '{shown}' is in {unit}, and the flight has a camera",
-        expected="millimetres from the principal point"
-        if unit == PIXELS
-        else "pixels of the camera",
-        remedy="Name its camera, which says how large a pixel is (docs/tables.md)"
-        if unit == PIXELS
-        else "Take camera out of block.toml, and give principal_distance_mm",
+        f"column '{shown}' is in {unit}, and the flight has a camera",
+        expected="pixels of the camera",
+        remedy="Take camera out of block.toml, and give principal_distance_mm",
         file=source,
     )
 

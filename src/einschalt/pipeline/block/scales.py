@@ -288,14 +288,12 @@ def coarse_digits(frame, error, file, *, in_degrees=False):
         One note, or none: a digit leaves 1/√12 of it in each coordinate.
     """
     stated = np.atleast_1d(np.asarray(np.nan if error is None else error, dtype=float))
-    digits = np.array([resolution_of(frame[axis]) for axis in AXES])
-    sizes = digits * np.ones(2)
+    digit_of = resolution_of if in_degrees else _last_digit
+    digits = np.array([digit_of(frame[axis]) for axis in AXES])
+    sizes = digits
     if in_degrees:
         shrunk = np.cos(np.radians(np.nanmedian(frame["northing"])))
         sizes = METRES_PER_DEGREE * digits * [shrunk, 1.0]
-    else:  # places of a plan, not measured
-        steps = map(_step_of, (frame[axis] for axis in AXES), digits)
-        sizes = np.where(np.array(list(steps)) > LARGEST_DIGIT_M, 0.0, digits)
     rounding = OF_A_DIGIT * np.hypot(*sizes) / SQRT2
     coarse = int(np.argmax(sizes))
     if in_degrees:
@@ -323,11 +321,9 @@ def coarse_heights(frame, error, file):
     if stated is None:
         stated = np.nan if error is None else np.asarray(error, dtype=float) / SQRT2
     stated = np.atleast_1d(np.asarray(stated, dtype=float))
-    digit = resolution_of(frame["height"])
+    digit = _last_digit(frame["height"])
     # a digit leaves 1/√12 of it
     rounding = digit * OF_A_DIGIT / SQRT2
-    if _step_of(frame["height"], digit) > LARGEST_DIGIT_M:
-        return []
     return [
         f"{file}: heights have no digits below {digit:.7g} m: rounding makes "
         f"{rounding:.2g} m, beside a standard error of {size:.2g} m: give more digits, "
@@ -343,6 +339,12 @@ def _enlarged(stated, rounding):
     if stated.size and rounding > np.median(stated):
         size = float(np.median(stated))
         yield size, float(np.hypot(size, rounding))
+
+
+def _last_digit(values):
+    """Last digit of measured values [m]; 0 where they are places of a plan."""
+    digit = resolution_of(values)
+    return 0.0 if _step_of(values, digit) > LARGEST_DIGIT_M else digit
 
 
 def _step_of(values, digit):

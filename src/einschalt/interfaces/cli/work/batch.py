@@ -12,7 +12,12 @@ from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.batch.block_state import read_failure
 from einschalt.interfaces.cli.exits import REFUTED, WRONG, print_error, print_out
-from einschalt.interfaces.cli.outcome import report, report_facts, report_problems
+from einschalt.interfaces.cli.outcome import (
+    is_recorded,
+    report,
+    report_facts,
+    report_problems,
+)
 from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.pipeline.batch.block_table import refuted, summarize_batch, untested
 from einschalt.pipeline.progress import Stage
@@ -68,8 +73,9 @@ def _which(options):
 def _end(table, duration, output, *, is_refuted, is_quiet):
     report(output, **table["outcome"].value_counts().to_dict())
     failed = table[table["outcome"] == "failed"]
-    for row in failed.to_dict("records"):
-        report_facts(facts_of_block(row, output / row["block"]))
+    if is_recorded():  # facts of each are in a file
+        for row in failed.to_dict("records"):
+            report_facts(facts_of_block(row, output / row["block"]))
     has_failed = len(failed) > 0
     if has_failed or is_refuted or not is_quiet:
         # blocks that failed are errors: whoever asks for nothing else is told of them
