@@ -32,6 +32,16 @@ def test_points_on_one_line(axis):
     assert np.mean(Patches.over(xy, 50, 2).hold(xy)) == pytest.approx(0.5, abs=0.06)
 
 
-def test_what_lies_outside_of_all_is_in_none():
-    xy = np.random.default_rng(2).uniform(0.0, 1.0, (100, 2))
-    assert not Patches.over(xy, 10, 1).hold(np.array([[-0.5, 0.5], [0.5, 9.0]])).any()
+def test_points_that_lie_far_off_change_nothing():
+    """A model with a gross error is taken a thousand kilometres away."""
+    xy = np.random.default_rng(2).uniform(0.0, 1000.0, (4000, 2))
+    far = np.vstack([xy, [[-1e6, -1e6], [1e6, 1e6]]])
+    is_in = Patches.over(far, 100, 2).hold(far)[:-2]
+    assert np.mean(is_in) == pytest.approx(0.5, abs=0.01)
+    assert np.mean(is_in == Patches.over(xy, 100, 2).hold(xy)) > 0.98
+
+
+def test_all_points_at_one_place():
+    assert (
+        np.mean(Patches.over(np.zeros((50, 2)), 10, 2).hold(np.zeros((50, 2)))) == 1.0
+    )

@@ -1,4 +1,4 @@
-"""Some square patches of a large block, over the whole of it.
+"""Some patches of a large block, over the whole of it.
 
 What is a mean over a block is known well enough from a part of it. Neighbours stay
 together in a patch, so that what happens between them is as in the whole.
@@ -11,15 +11,18 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Cells of a square grid, some of which are kept."""
+    """Columns of as many points each, parted into cells of as many points each.
 
-    corners: np.ndarray  # (2, 2): the lower left one and the upper right one of all
-    side: float
-    is_kept: np.ndarray  # (n_columns, n_rows)
+    By counting: a few points that lie far off, by a gross error, change no patch.
+    """
+
+    between_columns: np.ndarray  # (n - 1,): eastings that part them
+    between_rows: np.ndarray  # (n, n - 1): northings that part each column
+    every: int  # of that many cells one is kept
 
     @classmethod
     def over(cls, xy, of_patch, every):
-        """Lay patches of about ``of_patch`` points over some; keep one of ``every``.
+        """Lay patches of at most ``of_patch`` points over some; keep one of ``every``.
 
         >>> across, along = np.divmod(np.arange(100), 10)
         >>> xy = np.column_stack([across, along]).astype(float)
@@ -27,25 +30,18 @@ class Patches:
         >>> int(patches.hold(xy).sum())
         50
         """
-        corners = np.array([xy.min(axis=0), xy.max(axis=0)])
-        extent, share = corners[1] - corners[0], of_patch / len(xy)
-        # points on one line have no area
-        side = max(np.sqrt(np.prod(extent) * share), extent.max() * share) or 1.0
-        is_kept = np.zeros(np.maximum(np.ceil(extent / side), 1).astype(int), bool)
-        every_cell = cls(corners, side, is_kept)
-        is_kept[tuple(every_cell._cells(xy).T)] = True
-        left_out = np.delete(np.argwhere(is_kept), np.s_[::every], axis=0)
-        is_kept[tuple(left_out.T)] = False
-        return every_cell
+        # a multiple, so that exactly such a share of the cells is kept
+        n = every * int(np.ceil(np.sqrt(len(xy) / of_patch) / every))
+        shares = np.arange(1, n) / n
+        between = np.quantile(xy[:, 0], shares)
+        column = np.searchsorted(between, xy[:, 0])
+        rows = np.zeros((n, n - 1))  # a column that has no point is none
+        for one in np.unique(column):
+            rows[one] = np.quantile(xy[column == one, 1], shares)
+        return cls(between, rows, every)
 
     def hold(self, xy):
         """Whether each point (n, 2) lies in a patch that is kept, ndarray of bool."""
-        low, high = self.corners
-        is_inside = ((xy >= low) & (xy <= high)).all(axis=1)
-        cells = self._cells(np.where(is_inside[:, None], xy, low))
-        return is_inside & self.is_kept[tuple(cells.T)]
-
-    def _cells(self, xy):
-        """Column and row of points; those at the far ends belong to the last ones."""
-        cells = np.floor((xy - self.corners[0]) / self.side).astype(np.int64)
-        return np.minimum(cells, np.array(self.is_kept.shape) - 1)
+        column = np.searchsorted(self.between_columns, xy[:, 0])
+        row = np.sum(self.between_rows[column] < xy[:, 1, None], axis=1)
+        return (column + row) % self.every == 0

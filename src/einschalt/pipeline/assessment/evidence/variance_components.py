@@ -253,7 +253,7 @@ class _MeasuredFlight:
         n_points = int(self._point.max(initial=-1)) + 1
         points = segments(self._point[rows], n_points)
         count = np.maximum(np.diff(points.start), 1)
-        total = segment_sum(self._values[rows[points.order], : len(PLAN)], points.start)
+        total = segment_sum(self._values[rows[points.order]], points.start)
         return patches.hold(total / count[:, None])[self._point]
 
     def differences(self, chains):
