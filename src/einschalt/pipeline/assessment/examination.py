@@ -59,6 +59,7 @@ from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     BesideDisplacedRegion,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
+from einschalt.pipeline.assessment.evidence.ground.network_step import smooth_strain
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
@@ -179,10 +180,13 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     def displaced(self):
         """What is wrong moves the new points by so much: Displacement."""
         patterns = self.control_patterns
+        # a step or a bend that is part of a strain moves points no further than it does
+        is_strained = smooth_strain(self) is not None
+        in_plan = 0.0 if is_strained else patterns.moved_plan
         return largest(
             self.moved_by_left_out,
             moved_by_suspects(self),
-            Displacement(patterns.moved_plan, patterns.moved_height),
+            Displacement(in_plan, patterns.moved_height),
         )
 
     @property

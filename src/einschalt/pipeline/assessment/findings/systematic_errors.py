@@ -6,7 +6,10 @@ from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
-from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
+from einschalt.pipeline.assessment.evidence.ground.network_step import (
+    region_of_step,
+    smooth_strain,
+)
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
@@ -91,11 +94,9 @@ def strained_network_of_adjustment(adjusted):
 
 def _smooth_strain(examined, remedy):
     """Its size, where it is largest and where to."""
-    strain = examined.strain
-    if strain is None or not (strain.is_significant and strain.is_smooth):
+    strain = smooth_strain(examined)
+    if strain is None:
         return None
-    if examined.network_step is not None:
-        return None  # which explains it
     claimed = float(examined.figures.mean_within)
     is_known = claimed > 0.0
     largest = strain.displacements.head(MOST_DISPLACEMENTS)
@@ -125,12 +126,12 @@ def _smooth_strain(examined, remedy):
 
 def broken_network(examined):
     """Control of which one part lies apart from the other, or that is bent."""
-    pattern, strain = examined.network_step, examined.strain
+    pattern = examined.network_step
     if pattern is None:
         pattern = examined.control_patterns.plan
         if pattern is None or pattern.kind is not Kind.BEND:
             return None
-        if strain is not None and strain.is_significant and strain.is_smooth:
+        if smooth_strain(examined) is not None:
             return None  # which says more
     easting, northing = pattern.amplitude
     remedy, part = "check_network_in_parts", {}
@@ -176,9 +177,9 @@ def contradicting_control(examined):
     if broken_network(examined) is not None:
         return None  # which says how
     p_values = [examined.control_patterns.unnamed_p_value]
+    if smooth_strain(examined) is not None:
+        return None  # a strained network
     if strain is not None and strain.is_significant:
-        if strain.is_smooth:
-            return None  # a strained network
         p_values.append(strain.p_value)
     if np.isnan(p_values).all():
         return None

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.ground.network_step import smooth_strain
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     ControlScores,
     strain_beside,
 )
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 PLAN = ["easting", "northing"]
@@ -91,6 +94,31 @@ def test_a_smooth_strain_is_no_step(seed):
     assert "broken_network" not in codes or (
         result.examination.control_patterns.plan.kind is Kind.BEND
     )
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_a_step_that_is_part_of_a_strain_does_not_enlarge_the_figure(method):
+    """The side of a wave looks like a step, which would move points much further."""
+    geometry = BlockGeometry(width=5000.0, height=5000.0)
+    noise = BlockNoise(network_strain=0.3, network_strain_wavelength=2500.0)
+    ratios = []
+    for seed in range(40, 43):
+        block = simulate_block("demo", seed=seed, geometry=geometry, noise=noise)
+        result = densify(block, Settings(method=method))
+        examined = result.examination
+        assert smooth_strain(examined) is not None
+        assert examined.displaced.plan < examined.control_patterns.moved_plan
+        ratios.append(result.assessment.credible.value / true_error(result, block))
+    # what moves the control moves the points less: a figure that is safe
+    assert 1.0 < np.median(ratios) < 2.0
+
+
+def true_error(result, block):
+    """RMS of the new points, total [m]."""
+    both = result.points.merge(block.truth, on="point_id", suffixes=("", "_true"))
+    new = both[both["role"] == "new"]
+    off = [new[axis] - new[f"{axis}_true"] for axis in PLAN]
+    return float(np.sqrt(np.mean(np.hypot(*off) ** 2)))
 
 
 def test_scores_beside_a_pattern_know_nothing_of_it():

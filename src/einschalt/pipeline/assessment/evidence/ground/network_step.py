@@ -40,6 +40,17 @@ def network_step(examined):
     return own if is_other else two_step.network_step or own
 
 
+def smooth_strain(examined):
+    """The strain that neighbouring control shares: NetworkStrain or None.
+
+    None where a step explains it.
+    """
+    strain = examined.strain
+    if strain is None or not (strain.is_significant and strain.is_smooth):
+        return None
+    return strain if examined.network_step is None else None
+
+
 def _broken(examined):
     step, strain = examined.control_patterns.plan, examined.strain
     if step is None or step.kind is not Kind.STEP:
