@@ -1,6 +1,7 @@
 """Control that other programs measured in images."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -9,16 +10,33 @@ from fuzz.foreign_files import MARKERS as XML
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.marker_files import (
-    read_metashape,
     read_odm,
     read_opensfm,
     write_odm,
 )
+from einschalt.interfaces.files.metashape_markers import read_metashape
 
 
 def written(tmp_path, name, text):
     (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path / name
+
+
+def test_two_images_of_one_name_remain_two(tmp_path):
+    """Cameras begin to count again on every card: DJI_0001 of two flights."""
+    text = XML.replace('label="B.JPG"', 'label="A.JPG"')
+    text = text.replace('<marker id="22" label="tie"/>', '<marker id="22" label="P1"/>')
+    markers = read_metashape(written(tmp_path, "m.xml", text))
+    images = markers.measurements["image_id"].tolist()
+    assert images == ["A.JPG (0)", "A.JPG (7)", "A.JPG (7)"]
+    assert any("2 images named like another" in note for note in markers.notes)
+
+
+def test_markers_without_coordinates_state_no_accuracies(tmp_path):
+    text = re.sub("<reference x=[^>]*/>", "", XML)
+    markers = read_metashape(written(tmp_path, "m.xml", text))
+    assert len(markers.points) == 0
+    assert not any("accuracies" in note for note in markers.notes)
 
 
 def test_metashape_markers_are_read_and_said(tmp_path):

@@ -1,5 +1,7 @@
 """Files of other programs: what stands in them, and damaged ones."""
 
+import re
+
 import numpy as np
 import pytest
 from fuzz.foreign_files import (
@@ -27,9 +29,9 @@ from PIL import Image
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.interfaces.files.block_toml import write_keys
-from einschalt.interfaces.files.camera_toml import read_camera
+from einschalt.interfaces.files.camera_toml import camera_of, read_camera
 from einschalt.interfaces.files.input_files import read_once
-from einschalt.interfaces.programs import recognised, sinex
+from einschalt.interfaces.programs import block_tables, recognised, sinex
 from einschalt.interfaces.programs.recognised import read_foreign
 
 PLACE = ["easting", "northing", "height"]
@@ -240,6 +242,99 @@ def test_cameras_of_metashape_become_camera_toml(tmp_path):
         file.write_text(MORE["cameras.xml"].replace(old, new))
         with pytest.raises(EinschaltError, match=said):
             read_foreign(file)
+
+
+def test_sensors_of_one_name_are_cameras_of_their_own(tmp_path):
+    """Each flight with the same camera may have a sensor, and all have its name."""
+    text = MORE["cameras.xml"]
+    sensor = text[text.index("<sensor ") : text.index("</sensors>")]
+    other = sensor.replace('id="0"', 'id="4"').replace("3239.25", "3240.5")
+    file = tmp_path / "cameras.xml"
+    file.write_text(text.replace("</sensors>", f"{other}</sensors>"))
+    found = read_foreign(file).cameras
+    lengths = {name: camera["f"] for name, camera in found.items()}
+    assert lengths == {"FC6310 (0)": 3239.25, "FC6310 (4)": 3240.5}
+
+
+PHOTOSCAN = """<fx>3241.25</fx><fy>3239.25</fy><cx>2718.5</cx><cy>1875.75</cy>
+<skew>-0.5</skew><k1>-0.0625</k1><p1>0.001</p1><p2>-0.002</p2></calibration>
+"""
+
+
+def test_calibrations_before_photoscan_1_2_see_the_same(tmp_path):
+    """The formula of that time, written out: Agisoft's forum, topic 6437."""
+    text = MORE["cameras.xml"]
+    start = text.index("<f>3239.25</f>")
+    end = text.index("</calibration>", start) + len("</calibration>")
+    file = tmp_path / "cameras.xml"
+    file.write_text(text[:start] + PHOTOSCAN + text[end:])
+    camera = camera_of(read_foreign(file).cameras["FC6310"])
+    x, y = np.array([[0.2, -0.3], [0.1, 0.25]])
+    squared = x**2 + y**2
+    radial = 1.0 - 0.0625 * squared
+    bent_x = x * radial - 0.002 * (squared + 2 * x**2) + 2 * 0.001 * x * y
+    bent_y = y * radial + 0.001 * (squared + 2 * y**2) - 2 * 0.002 * x * y
+    column = 2718.5 + 3241.25 * bent_x - 0.5 * bent_y
+    row = 1875.75 + 3239.25 * bent_y
+    reduced = camera.xy_from_measured(np.column_stack([column, row]))
+    expected = np.column_stack([x, -y]) * camera.principal_distance_mm
+    np.testing.assert_allclose(reduced, expected, atol=1e-9)
+
+
+def test_a_calibration_saved_alone_is_a_camera(tmp_path):
+    file = tmp_path / "35mm.xml"
+    file.write_text(
+        """<?xml version="1.0" encoding="UTF-8"?>
+<calibration>
+  <projection>frame</projection><width>6012</width><height>4008</height>
+  <f>9263.5</f><cx>51.5</cx><cy>-44.25</cy><k1>-0.08</k1><p1>0.0005</p1>
+  <date>2023-02-17T16:46:52Z</date>
+</calibration>
+"""
+    )
+    found = read_foreign(file)
+    assert not found.tables
+    expected = {"f": 9263.5, "cx": 51.5, "cy": -44.25, "k1": -0.08, "p1": 0.0005}
+    expected |= {"convention": "metashape", "width": 6012, "height": 4008}
+    assert found.cameras == {"35mm": expected}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("frame", "fisheye", "sensor FC6310 is a fisheye camera"),
+        ("<k1>", "<p3>0.5</p3><k1>", "sensor FC6310 has p3 or p4"),
+    ],
+)
+def test_a_camera_that_none_here_is_costs_no_measurement(tmp_path, old, new, said):
+    text = MORE["cameras.xml"]
+    calibration = text[text.index('<calibration type="frame" class="adjusted"') :]
+    text = text.replace(calibration, calibration.replace(old, new, 1))
+    file = tmp_path / "cameras.xml"
+    file.write_text(text)
+    found = read_foreign(file)
+    assert len(found.tables["orientations"]) == 1
+    assert not found.cameras
+    assert any(said in note for note in found.notes)
+    with pytest.raises(EinschaltError, match=f"{said}.*export undistorted images"):
+        block_tables.read_camera(file)
+    file.write_text(re.sub("<transform>.*</transform>", "", text))
+    with pytest.raises(EinschaltError, match=f"{said}.*export undistorted images"):
+        read_foreign(file)
+
+
+def test_orientations_of_several_components_are_said(tmp_path):
+    text = MORE["cameras.xml"]
+    start = text.index('<camera id="0"')
+    end = text.index('<camera id="1"')
+    one = text[start:end].replace("<camera ", '<camera component_id="0" ')
+    two = one.replace('"0"', '"1"').replace("A.JPG", "B.JPG")
+    file = tmp_path / "cameras.xml"
+    last = '<camera id="1" label="B.JPG" sensor_id="0"/>'
+    file.write_text(text.replace(text[start:end], one).replace(last, two))
+    found = read_foreign(file)
+    assert len(found.tables["orientations"]) == 2
+    assert any("2 components, each with a frame" in note for note in found.notes)
 
 
 def test_markers_exported_with_calibrated_sensors_keep_their_measurements(tmp_path):

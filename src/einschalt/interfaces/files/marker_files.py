@@ -6,7 +6,7 @@ image, x to the right and y down, as these programs do.
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -28,27 +28,17 @@ from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import (
     companions,
-    read_once,
     read_text_bytes,
-)
-from einschalt.interfaces.files.metashape_accuracies import (
-    ERRORS,
-    accuracy,
-    in_plan,
-    is_on,
-    with_errors,
 )
 from einschalt.interfaces.files.opensfm_images import (
     image_sizes,
     json_of,
     require_sizes,
 )
-from einschalt.interfaces.files.plain_xml import read_xml
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
 ODM_SYSTEM = re.compile(r"^(EPSG:\d+|\+proj=.*|WGS\s?84)$", re.IGNORECASE)
-EXPECTED_XML = "markers as Metashape exports them"
 CHECK_MARK = "CHK-"  # how ODM's users mark check points
 CONTROL = ["point_id", "x", "y", "z", "role"]
 MEASURED = ["image_id", "point_id", "x", "y"]
@@ -76,104 +66,6 @@ class Markers:
         """Tables of a block by name."""
         points = self.control_points()
         return {"control_points": points, "image_points": self.measurements}
-
-
-def read_metashape(path, source=None) -> Markers:
-    """Read the markers of a chunk that Metashape exported as XML."""
-    source = source or Path(path).name
-    chunk = _chunk(read_once(path, source).data, source)
-    images = {one.get("id"): one.get("label") for one in chunk.iter("camera")}
-    markers = chunk.find("markers")
-    labels, points, errors, notes = {}, [], [], []
-    usual = _usual_accuracy(chunk)
-    for one in [] if markers is None else markers.findall("marker"):
-        labels[one.get("id")] = one.get("label")
-        reference = one.find("reference")
-        if reference is not None and reference.get("x") is not None:
-            is_control = is_on(reference.get("enabled", "true"))
-            errors.append(_errors(reference, usual))
-            xyz = (_number(reference.get(axis), source) for axis in "xyz")
-            role = "control" if is_control else "check"
-            points.append((one.get("label"), *xyz, role))
-    rows, n_predicted = [], 0
-    for one in chunk.iterfind("frames/frame/markers/marker"):
-        for place in one.findall("location"):
-            if not is_on(place.get("pinned", "true")):
-                n_predicted += 1
-                continue
-            image, name = place.get("camera_id"), one.get("marker_id")
-            if image not in images or name not in labels:
-                raise damaged(source, f"camera {image} or marker {name} is unknown")
-            xy = (_number(place.get(axis), source) for axis in "xy")
-            rows.append((images[image], labels[name], *xy))
-    if n_predicted:
-        predicted = kept("{n:position|positions}", n=n_predicted)
-        notes.append(f"{source}: {predicted} predicted and not measured, left out")
-    n_off = sum(point[-1] == "check" for point in points)
-    if n_off:
-        said = kept("{n:marker|markers}", n=n_off)
-        notes.append(f"{source}: {said} not enabled, taken for check points")
-    read = _markers(points, rows, _crs_of_chunk(chunk, source), notes, source)
-    stated = pd.DataFrame(errors, columns=list(ERRORS), dtype=float)
-    known, said = with_errors(read.points.join(stated), source)
-    return replace(read, points=known, notes=(*read.notes, *said))
-
-
-def _usual_accuracy(chunk):
-    """Accuracy of markers that have none of their own, if one of them has [m]."""
-    references = chunk.iterfind("markers/marker/reference")
-    if not any(np.isfinite(_errors(one, np.nan)).any() for one in references):
-        return np.nan  # what Metashape sets by itself is no statement
-    settings = chunk.iterfind("settings/property[@name='accuracy_markers']")
-    return accuracy(next((one.get("value") for one in settings), None))
-
-
-def _errors(reference, usual):
-    """Standard errors of a marker in plan, TOTAL, and in height [m]."""
-
-    def of(*names):
-        stated = (accuracy(reference.get(name)) for name in (*names, "sxyz"))
-        return next(filter(np.isfinite, stated), usual)
-
-    return in_plan(np.nan, of("sx", "sxy"), of("sy", "sxy")), of("sz")
-
-
-def _chunk(data, source):
-    """The only chunk of a document, read without entities."""
-    chunks = list(read_xml(data, source, EXPECTED_XML).iter("chunk"))
-    if not chunks:
-        raise FileError(
-            "holds nothing that is known",
-            expected="markers or cameras of Metashape, or measured points of MicMac",
-            remedy="Export one of these",
-            file=source,
-        )
-    if len(chunks) != 1:
-        raise FileError(
-            f"holds {kept('{n:chunk|chunks}', n=len(chunks))}",
-            expected="one chunk with markers",
-            remedy="Export the markers of one chunk",
-            file=source,
-        )
-    return chunks[0]
-
-
-def _crs_of_chunk(chunk, source):
-    text = chunk.findtext("reference")
-    if not text or text.startswith("LOCAL_CS"):
-        return None
-    try:
-        return code_of(text)
-    except ProjectionError as error:
-        raise damaged(source, f"the system {shortened(text)!r} is unknown") from error
-
-
-def _number(text, source):
-    if text is None:
-        return np.nan
-    if not is_number(text):
-        raise damaged(source, f"{shortened(text)!r} is not a number")
-    return float(text)
 
 
 def is_odm(head):
@@ -216,7 +108,7 @@ def read_odm(path, source=None) -> Markers:
     if n_check:
         said = kept("{n:point|points}", n=n_check)
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
-    return _markers(list(points.values()), rows, crs, notes, source)
+    return markers_of(list(points.values()), rows, crs, notes, source)
 
 
 def _numbered_lines(data, source):
@@ -307,10 +199,11 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise damaged(source, "holds no points as OpenSfM writes them") from error
     require_sizes(unknown, {}, source)
-    return _markers(points, rows, WGS_84, [], source)
+    return markers_of(points, rows, WGS_84, [], source)
 
 
-def _markers(points, rows, crs, notes, source):
+def markers_of(points, rows, crs, notes, source) -> Markers:
+    """Markers of rows as their columns are; a FileError where one lacks something."""
     if not rows:
         raise FileError(
             "holds no measurement in an image",

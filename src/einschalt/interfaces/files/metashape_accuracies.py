@@ -30,7 +30,7 @@ def with_errors(table, source):
 
     ``table`` has a column for each of ERRORS [m], NaN where a point has none.
     """
-    kept = [name for name in ERRORS if table[name].notna().all()]
+    kept = [name for name in ERRORS if len(table) and table[name].notna().all()]
     left = [name for name in ERRORS if name not in kept and table[name].notna().any()]
     notes = []
     if kept:

@@ -14,10 +14,16 @@ import pandas as pd
 from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.tables import PLAN_ERRORS
-from einschalt.interfaces.files import block_folder, camera_toml, marker_files
+from einschalt.interfaces.files import (
+    block_folder,
+    camera_toml,
+    marker_files,
+    metashape_markers,
+)
 from einschalt.interfaces.files.block_parts import Readers
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import NEW, NOTHING_SAID, ReadTable
+from einschalt.interfaces.programs import metashape_cameras
 from einschalt.interfaces.programs.foreign import Foreign
 from einschalt.interfaces.programs.recognised import head_of, reader_of
 
@@ -35,7 +41,7 @@ def marker_reader_of(file):
     path = Path(file)
     suffix = path.suffix.lower()
     if suffix == ".xml":
-        return marker_files.read_metashape
+        return metashape_markers.read_metashape
     if suffix == ".json":
         return marker_files.read_opensfm
     if suffix != ".txt":
@@ -123,9 +129,12 @@ def read_camera(path, source=None):
         found = found_in(path, source)
     if found is None:
         return camera_toml.read_camera(path, source)
-    if len(found.cameras) != 1:
+    if found.unusable and not found.cameras:
+        raise metashape_cameras.no_camera(found.unusable, source)
+    n_cameras = len(found.cameras) + len(found.unusable)
+    if n_cameras != 1:
         raise FileError(
-            f"holds {kept('{n:camera|cameras}', n=len(found.cameras))}",
+            f"holds {kept('{n:camera|cameras}', n=n_cameras)}",
             expected="one camera",
             remedy="Write them with einschalt convert, and name one camera.toml",
             file=source,

@@ -21,13 +21,15 @@ class Foreign:
 
     ``tables`` by name: ``control_points``, ``image_points``, ``image_pairs``,
     ``orientations``, ``cameras`` …; each becomes a file of its own. ``cameras``: keys
-    of a camera.toml by the name of the camera.
+    of a camera.toml by the name of the camera. ``unusable``: why there are no such keys
+    of another, by its name.
     """
 
     tables: dict = field(default_factory=dict)
     crs: str | None = None
     notes: tuple[str, ...] = ()
     cameras: dict = field(default_factory=dict)
+    unusable: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

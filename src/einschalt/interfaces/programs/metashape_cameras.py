@@ -1,17 +1,22 @@
-"""Cameras of Metashape as XML: calibrations, and orientations of a chunk.
+"""Cameras of Metashape and PhotoScan as XML: calibrations, orientations of a chunk.
 
 A calibration becomes a camera.toml of the convention ``metashape``, in which it stands
-as it is. Orientations are those of the chunk's own frame, which is of no size and
-nowhere on the Earth unless the chunk has a transform. Exported markers come with the
-sensors of their images, so that their measurements are read beside the calibrations.
+as it is. PhotoScan before 1.2 had fx and fy, a principal point from the corner of the
+image and p1 and p2 the other way round; these are brought into it. Orientations are
+those of the chunk's own frame, which is of no size and nowhere on the Earth unless the
+chunk has a transform. Exported markers come with the sensors of their images, so that
+their measurements are read beside the calibrations.
 """
+
+from collections import Counter
 
 import numpy as np
 
+from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
-from einschalt.interfaces.files import marker_files
+from einschalt.interfaces.files import metashape_markers
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
+from einschalt.interfaces.files.plain_xml import child, each, local, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     is_finite,
@@ -20,83 +25,157 @@ from einschalt.interfaces.programs.foreign import (
 
 EXPECTED = "cameras as Metashape exports them: sensors with calibrations"
 KEYS = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
+OLDER = ("fx", "fy", "skew")
+UNKNOWN = ("p3", "p4")  # of no camera of the project
 # a camera of the project looks along -z with y up, one of Metashape along z
 TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 def is_cameras(head):
     """Whether the first bytes of a file look so."""
-    return b"<chunk" in head and b"<calibration" in head
+    # the calibrations may stand behind many bands and properties of their sensors
+    is_chunk = b"<chunk" in head and (b"<sensors" in head or b"<calibration" in head)
+    return is_chunk or (b"<calibration>" in head and b"<projection>" in head)
 
 
 def read_cameras(file) -> Foreign:
     """Read the calibrations of sensors, orientations of cameras, and markers."""
     root = read_xml(file.data, file.source, EXPECTED)
-    cameras = {}
-    for sensor in each(root, "sensor"):
-        found = [one for one in sensor if one.tag == "calibration"]
-        if found:
-            adjusted = [one for one in found if one.get("class") == "adjusted"]
-            name = sensor.get("label") or sensor.get("id") or str(len(cameras))
-            cameras[name] = _camera(sensor, (adjusted or found)[0], name, file.source)
-    if not cameras:
-        raise damaged(file.source, "holds no calibration", EXPECTED)
-    oriented = _orientations(root, file.source)
+    cameras, unusable = _calibrations(root, file)
+    oriented, notes = _orientations(root, file.source)
+    notes = [f"{file.source}: {said}" for said in unusable.values()] + notes
     tables = {"orientations": oriented} if oriented is not None else {}
-    said = f"{file.source}: orientations in the chunk's own frame"
-    notes = (said,) if tables else ()
     if next(iter(each(root, "marker")), None) is None:
-        return Foreign(tables, None, notes, cameras)
-    markers = marker_files.read_metashape(file, file.source)
+        if not (cameras or tables):
+            raise no_camera(unusable, file.source)
+        return Foreign(tables, None, tuple(notes), cameras, unusable)
+    markers = metashape_markers.read_metashape(file, file.source)
     found = markers.tables()
     tables |= {name: table for name, table in found.items() if len(table)}
-    return Foreign(tables, markers.crs, (*notes, *markers.notes), cameras)
+    notes = tuple(dict.fromkeys((*notes, *markers.notes)))
+    return Foreign(tables, markers.crs, notes, cameras, unusable)
+
+
+def no_camera(unusable, source):
+    """FileError of a file none of whose calibrations can be used."""
+    if not unusable:
+        return damaged(source, "holds no calibration", EXPECTED)
+    return FileError(
+        next(iter(unusable.values())),
+        expected="a frame camera with k1 to k4, p1, p2, b1 and b2 at most",
+        remedy="Optimise it so, or export undistorted images with their calibration",
+        file=source,
+    )
+
+
+def _calibrations(root, file):
+    """Keys of camera.toml by the names of sensors; what keeps others from being used.
+
+    Two sensors may have one name, as two flights with one camera have.
+    """
+    if local(root) == "calibration":  # saved alone
+        sensors = [(root, [root], file.path.stem)]
+    else:
+        sensors = [
+            (one, found, one.get("label") or one.get("id") or str(k))
+            for k, one in enumerate(each(root, "sensor"))
+            if (found := [part for part in one if part.tag == "calibration"])
+        ]
+    n_called = Counter(name for *_, name in sensors)
+    cameras, unusable = {}, {}
+    for sensor, found, label in sensors:
+        is_shared = n_called[label] > 1
+        name = f"{label} ({sensor.get('id')})" if is_shared else label
+        adjusted = [one for one in found if one.get("class") == "adjusted"]
+        calibration = (adjusted or found)[0]
+        said = _unusable(calibration, name)
+        if said:
+            unusable[name] = said
+        else:
+            cameras[name] = _camera(sensor, calibration, name, file.source)
+    return cameras, unusable
+
+
+def _unusable(calibration, name):
+    """What keeps a calibration from being used; empty where nothing does."""
+    kind = calibration.get("type") or text_of(calibration, "projection") or "frame"
+    if kind != "frame":
+        return f"sensor {name} is a {kind} camera: its calibration is left out"
+    more = [key for key in UNKNOWN if text_of(calibration, key)]
+    if any(not is_finite(w) or float(w) for w in map(calibration.findtext, more)):
+        return f"sensor {name} has p3 or p4: its calibration is left out"
+    return ""
 
 
 def _camera(sensor, calibration, name, source):
     """Keys of camera.toml."""
-    if calibration.get("type", "frame") != "frame":
-        found = f"sensor {name} is a {calibration.get('type')} camera"
-        raise damaged(source, found, "frame cameras")
     size = child(calibration, "resolution")
     size = child(sensor, "resolution") if size is None else size
+    if size is None:  # calibrations saved alone, and the oldest, have elements for it
+        wide, high = text_of(calibration, "width"), text_of(calibration, "height")
+    else:
+        wide, high = size.get("width"), size.get("height")
     pixel = next(
         (p for p in each(sensor, "property") if p.get("name") == "pixel_width"), None
     )
     pixel_mm = "" if pixel is None else pixel.get("value", "")
-    words = {key: text_of(calibration, key) for key in KEYS}
-    words["f"] = words["f"] or text_of(calibration, "fx")
+    words = {key: text_of(calibration, key) for key in (*KEYS, *OLDER)}
     given = {key: word for key, word in words.items() if word}
-    wide, high = ("", "") if size is None else (size.get("width"), size.get("height"))
-    needed = {"f": given.get("f", ""), "width": wide, "height": high, **given}
+    needed = {"f": given.get("f") or given.get("fy", "")}
+    needed |= {"width": wide, "height": high, **given}
     wrong = [key for key, word in needed.items() if not (word and is_finite(word))]
     if wrong:
         found = f"the {wrong[0]} of sensor {name} is no number"
         raise damaged(source, found, EXPECTED)
+    size = {"width": int(float(wide)), "height": int(float(high))}
     keys = {key: float(word) for key, word in given.items()}
-    keys |= {"width": int(float(wide)), "height": int(float(high))}
+    keys = (keys if "f" in keys else _as_of_today(keys, **size)) | size
     if is_finite(pixel_mm) and float(pixel_mm) > 0.0:
         keys["pixel_size_um"] = 1e3 * float(pixel_mm)
     return {"convention": "metashape", **keys}
 
 
+def _as_of_today(old, width, height):
+    """Constants of PhotoScan before 1.2 in the names and signs of later versions.
+
+    F = fy, B1 = fx - fy and B2 = skew are Agisoft's own answer to the question
+    (forum, topic 6437); the older formula there has P2 beside r² + 2x².
+    """
+    keys = {key: value for key, value in old.items() if key not in OLDER}
+    keys["f"] = old["fy"]
+    keys["b1"] = old.get("fx", old["fy"]) - old["fy"]
+    keys["b2"] = old.get("skew", 0.0)
+    keys["cx"] = old.get("cx", width / 2) - width / 2
+    keys["cy"] = old.get("cy", height / 2) - height / 2
+    keys["p1"], keys["p2"] = old.get("p2", 0.0), old.get("p1", 0.0)
+    return keys
+
+
 def _orientations(root, source):
-    """Orientations of the cameras that are aligned; None where there is none."""
-    names, matrices = [], []
-    for camera in each(root, "camera"):
+    """Orientations of the cameras that are aligned, None where there is none; notes."""
+    cameras = list(each(root, "camera"))
+    called, notes = metashape_markers.images_of(cameras, source)
+    names, matrices, components = [], [], set()
+    for camera, label in zip(cameras, called, strict=True):
+        name = label or camera.get("id")
         words = text_of(camera, "transform").split()
         if not words:
             continue
-        name = camera.get("label") or camera.get("id")
         if len(words) != 16 or not all(map(is_finite, words)):
             found = f"the transform of camera {name} is not 16 numbers"
             raise damaged(source, found, EXPECTED)
         names.append(name)
         matrices.append([float(word) for word in words])
+        components.add(camera.get("component_id"))
     if not names:
-        return None
+        return None, []
     matrices = np.array(matrices).reshape(-1, 4, 4)
     turn = np.swapaxes(matrices[:, :3, :3], 1, 2)
     if not are_rotations(turn, 1e-6).all():
         raise damaged(source, "the transform of a camera is no rotation", EXPECTED)
-    return orientations(names, matrices[:, :3, 3], angles_from_rotation(TURNED @ turn))
+    notes.append(f"{source}: orientations in the chunk's own frame")
+    if len(components) > 1:
+        n = len(components)
+        notes.append(f"{source}: {n} components, each with a frame of its own")
+    angles = angles_from_rotation(TURNED @ turn)
+    return orientations(names, matrices[:, :3, 3], angles), notes
