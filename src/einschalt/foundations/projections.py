@@ -176,6 +176,18 @@ def code_of(crs):
     return system.to_string() if code is None else f"EPSG:{code}"
 
 
+def code_on_earth(text):
+    """Code of a system as a file states it; None where it states none that has a place.
+
+    None as well of a local one, as of laboratories, and of one that PROJ does not know.
+    """
+    try:
+        is_local = not text or read_source_crs(text).is_engineering
+        return None if is_local else code_of(text)
+    except ProjectionError:
+        return None
+
+
 def axis_letters(crs):
     """What X and Y mean in a system that calls its axes so.
 

@@ -358,6 +358,137 @@ def test_markers_exported_with_calibrated_sensors_keep_their_measurements(tmp_pa
     assert "image_points" not in read_foreign(file).tables
 
 
+def test_orientations_of_mmvii_are_those_of_micmac(tmp_path):
+    """One image, written by both: axes of the camera are columns of the older matrix.
+
+    IMGP4167.JPG of the tests of MMVII, with its figures shortened to nine digits.
+    """
+    axes = np.array(
+        [
+            [-0.162381355, 0.038317790, 0.985983794],
+            [0.097033570, 0.995022468, -0.022688628],
+            [-0.981945407, 0.091989318, -0.165291209],
+        ]
+    )
+    older = tmp_path / "Orientation-IMGP4167.JPG.xml"
+    text = ORIENTATION
+    for name, row in zip(("L1", "L2", "L3"), axes.T, strict=True):
+        said = " ".join(map(str, row))
+        text = re.sub(f"<{name}>.*?</{name}>", f"<{name}>{said}</{name}>", text)
+    older.write_text(re.sub("<Centre>.*?</", "<Centre>5.25 1.5 2.125</", text))
+    named = zip("IJK", axes.tolist(), strict=True)
+    matrix = "".join(f"<Axe{n}>{a} {b} {c}</Axe{n}>" for n, (a, b, c) in named)
+    newer = tmp_path / "Ori-PerspCentral-IMGP4167.JPG.xml"
+    newer.write_text(
+        f"""<?xml version="1.0" encoding="UTF-8" standalone="yes" ?>
+<Root><Type>"MMVII_Serialization"</Type><Version>"0.0.0"</Version><Data><CameraPose>
+<NameImage>"IMGP4167.JPG"</NameImage><Center>5.25 1.5 2.125</Center>
+<RotMatrix>{matrix}</RotMatrix></CameraPose></Data></Root>"""
+    )
+    one, two = (read_foreign(file).tables["orientations"] for file in (older, newer))
+    assert one["image_id"].tolist() == two["image_id"].tolist() == ["IMGP4167.JPG"]
+    columns = [*PLACE, "omega", "phi", "kappa"]
+    np.testing.assert_allclose(one[columns], two[columns], atol=1e-12)
+
+
+def test_control_of_a_project_stands_before_all_of_its_points(tmp_path):
+    """As DBAT reads it; a tie point is no control, whatever precision it has."""
+    control = "     317 1.5 2.5 3.5 0.01 0.02 0.03\n"
+    points = f"{control}\n{control}     318 4.5 5.5 6.5 0.01 0.02 0.03\n"
+    file = tmp_path / "project.txt"
+    file.write_text(PROJECT.replace(control, points))
+    found = read_foreign(file)
+    table = found.tables["control_points"]
+    roles = dict(zip(table["point_id"], table["role"], strict=True))
+    assert roles == {"317": "control", "318": "new"}
+    assert any("those of its adjustment" in note for note in found.notes)
+    file.write_text(PROJECT)
+    assert read_foreign(file).tables["control_points"]["role"].tolist() == ["new"]
+
+
+def test_a_project_may_list_marks_of_points_that_it_leaves_out(tmp_path):
+    """DBAT's own camcal-pmexport.txt lists 2081 marks after its 2074."""
+    file = tmp_path / "project.txt"
+    file.write_text(PROJECT + "   0    2\n")
+    assert len(read_foreign(file).tables["image_points"]) == 1
+
+
+def test_blanks_before_the_declaration_of_xml_are_passed(tmp_path):
+    file = tmp_path / "GCP.xml"
+    file.write_text(f"\n   {DICO}")
+    assert len(read_foreign(file).tables["control_points"])
+    file.write_text(f"\n   {DICO}".replace("</Pt>", "</Pr>", 1))
+    row = DICO[: DICO.index("</Pt>")].count("\n") + 2
+    with pytest.raises(EinschaltError, match=f"row {row}: is no whole XML"):
+        read_foreign(file)
+
+
+CHOSEN = """id  NOM   CAMERA\tP\tO\tK\tX\tY\tZ
+1   im1   UCE-M3  -0.07  -0.25  0.84  814975.925  6283986.148  1771.28
+"""
+USUAL = "NOM X Y Z O P K CAMERA\nim1 814975.925 6283986.148 1771.28 -0.25 -0.07 0.84 "
+
+
+def test_columns_of_ign_stand_where_the_header_has_them(tmp_path):
+    """Borea writes the columns that are chosen, in the order that is chosen."""
+    tables = []
+    for name, text in (("a.opk", CHOSEN), ("b.opk", f"{USUAL}UCE-M3\n")):
+        (tmp_path / name).write_text(text)
+        tables.append(read_foreign(tmp_path / name).tables["orientations"])
+    assert tables[0].to_dict() == tables[1].to_dict()
+    file = tmp_path / "a.opk"
+    file.write_text(CHOSEN.replace("K", "X"))
+    with pytest.raises(EinschaltError, match="row 1: the header names no K"):
+        read_foreign(file)
+    file = tmp_path / "a.xyz"
+    file.write_text("ID Y X Z\nP1 2 1 3\n")
+    found = read_foreign(file).tables["control_points"]
+    assert found.to_numpy().tolist() == [["P1", 1.0, 2.0, 3.0]]
+    file.write_text("X Y Z R\n1.5 2.5 3.5 120\n")
+    found = read_foreign(file).tables["control_points"]
+    assert found.to_numpy().tolist() == [["1", 1.5, 2.5, 3.5]]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.mes", "T1 832595.544 6282587.814 52.639\n", "row 1: .* names no image"),
+        ("a.xyz", "832595.544 6282587.814 52.6 9\n", "row 1: .* and no name"),
+    ],
+)
+def test_coordinates_are_no_names_of_ign(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(EinschaltError, match=said):
+        read_foreign(tmp_path / name)
+
+
+def test_quotes_around_names_of_ign_are_no_part_of_them(tmp_path):
+    """Control and its image points may come from two programs."""
+    (tmp_path / "a.app").write_text('"1003" 13 815601.51 6283629.28 54.96\n')
+    (tmp_path / "a.mes").write_text('"1003" im1 24042.25 14781.17\n')
+    control = read_foreign(tmp_path / "a.app").tables["control_points"]
+    measured = read_foreign(tmp_path / "a.mes").tables["image_points"]
+    assert control["point_id"].tolist() == measured["point_id"].tolist() == ["1003"]
+
+
+LOCAL = 'LOCAL_CS["Local Coordinates (m)",LOCAL_DATUM["Local Datum",0],UNIT["metre",1]]'
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", f"# CoordinateSystem: {LOCAL}\n#Label,X,Y,Z\ntarget 10,4.5,0,0.25\n"),
+        ("a.points", f"#CRS: {LOCAL}\n{{points}}"),
+    ],
+)
+def test_a_system_of_a_laboratory_is_none(tmp_path, name, text):
+    """It would stand in block.toml otherwise, which has no use for it."""
+    points = READ["a.tif.points"][0]
+    points = points[points.index("mapX") :]
+    (tmp_path / name).write_text(text.format(points=points))
+    assert read_foreign(tmp_path / name).crs is None
+
+
 @pytest.mark.parametrize("name", ["SetMesIm", "SetMesPtOf1Im"])
 def test_image_points_of_mmvii_under_either_name(tmp_path, name):
     file = tmp_path / "MesIm-A.JPG.xml"

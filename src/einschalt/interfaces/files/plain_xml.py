@@ -25,6 +25,7 @@ def read_xml(data, source, expected):
             remedy="Export less at once",
             file=source,
         )
+    data = _declared_first(data)
     try:
         _guard(source, expected).Parse(data, True)
         return ET.fromstring(data)
@@ -39,6 +40,19 @@ def read_xml(data, source, expected):
             file=source,
             row=getattr(error, "lineno", None),
         ) from error
+
+
+def _declared_first(data):
+    """The document with what blanks stand before its declaration behind that.
+
+    MicMac reads such files of hands and scripts. Lines keep their numbers.
+    """
+    begun = data.lstrip(b" \t\r\n")
+    if not begun.startswith(b"<?xml"):
+        return data
+    blanks = data[: len(data) - len(begun)]
+    declaration, end, rest = begun.partition(b"?>")
+    return declaration + end + blanks + rest
 
 
 def _guard(source, expected):

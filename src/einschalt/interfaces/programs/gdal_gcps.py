@@ -9,8 +9,7 @@ import warnings
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.errors import ProjectionError
-from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml
 from einschalt.interfaces.programs.foreign import (
@@ -55,14 +54,6 @@ def _foreign(rows, crs, image, source, expected, notes=()):
     return Foreign(tables, crs, tuple(notes))
 
 
-def _system(text):
-    """Code of a system, or None where PROJ does not know it."""
-    try:
-        return code_of(text) if text else None
-    except ProjectionError:
-        return None
-
-
 def read_vrt(file) -> Foreign:
     """Read the GCPList of a VRT."""
     root = read_xml(file.data, file.source, VRT)
@@ -79,7 +70,9 @@ def read_vrt(file) -> Foreign:
         height = float(height) if is_finite(height) else np.nan
         rows.append((one.get("Id"), *map(float, said), height, "control"))
     image = file.path.name
-    return _foreign(rows, _system(listed.get("Projection")), image, file.source, VRT)
+    return _foreign(
+        rows, code_on_earth(listed.get("Projection")), image, file.source, VRT
+    )
 
 
 def read_arcgis(file) -> Foreign:
@@ -100,7 +93,7 @@ def read_arcgis(file) -> Foreign:
     crs = None
     for one in texts:
         text = (one.text or "").strip()
-        crs = crs or _system(f"EPSG:{text}" if text.isdigit() else text)
+        crs = crs or code_on_earth(f"EPSG:{text}" if text.isdigit() else text)
     pairs = zip(*lists, strict=True)
     rows = [(None, *one, *two, np.nan, "control") for one, two in pairs]
     image = file.path.name.removesuffix(".xml").removesuffix(".aux")
@@ -135,7 +128,7 @@ def read_geotiff(file) -> Foreign:
     ties[:, :2] += 0.5 if keys.get(RASTER_KEY) == PIXEL_IS_POINT else 0.0
     rows = [(None, *one[:2], *one[3:6], "control") for one in ties.tolist()]
     code = keys.get(PROJECTED_KEY) or keys.get(GEOGRAPHIC_KEY)
-    crs = _system(f"EPSG:{code}" if code and code != USER_DEFINED else None)
+    crs = code_on_earth(f"EPSG:{code}" if code and code != USER_DEFINED else None)
     return _foreign(rows, crs, file.path.name, file.source, TIFF)
 
 
@@ -170,7 +163,7 @@ def read_qgis(file) -> Foreign:
     crs, names, places, switch, rows, n_off = None, [], None, None, [], 0
     for line in lines_of(file, comments=("\0",)):
         if line.text.upper().startswith("#CRS:"):
-            crs = _system(line.text[5:].strip())
+            crs = code_on_earth(line.text[5:].strip())
         elif line.text.lstrip("#").startswith("mapX"):
             names = line.text.lstrip("#").split(",")
             places = [_place(names, n) for n in ("sourceX", "sourceY", "mapX", "mapY")]

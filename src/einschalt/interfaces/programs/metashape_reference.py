@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.errors import ProjectionError
-from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.metashape_accuracies import (
     ERRORS,
@@ -68,7 +67,7 @@ def read_reference(file) -> Foreign:
     crs, places, rows = None, None, []
     for line in lines_of(file, comments=("\0",), separator=","):
         if line.text.startswith(SYSTEM):
-            crs = _system(line.text.removeprefix(SYSTEM))
+            crs = code_on_earth(line.text.removeprefix(SYSTEM))
         elif line.text.startswith("#Label"):
             places = _places(line, file.source)
         elif not line.text.startswith("#"):
@@ -83,13 +82,6 @@ def read_reference(file) -> Foreign:
     table, notes = with_errors(pd.DataFrame(rows, columns=columns), file.source)
     table = table.dropna(axis=1, how="all")
     return Foreign({"control_points": table}, crs, notes)
-
-
-def _system(text):
-    try:
-        return code_of(text)
-    except ProjectionError:  # a local one, or one that PROJ does not know
-        return None
 
 
 def _places(line, source):

@@ -144,10 +144,18 @@ def _orientations(root, file):
         matrices.append([_numbers(row, 3, file.source, said) for row in rows])
         names.append(image)
         centres.append(centre)
+    # from the camera (x right, y down, z ahead) to the ground
+    turn = [np.transpose(matrix) for matrix in matrices]
+    for one in each(root, "CameraPose"):  # of MMVII
+        image = _named(text_of(one, "NameImage"), file.source)
+        said = f"image {image}"
+        centres.append(_numbers(text_of(one, "Center"), 3, file.source, said))
+        axes = [text_of(one, "RotMatrix", f"Axe{letter}") for letter in "IJK"]
+        turn.append([_numbers(axis, 3, file.source, said) for axis in axes])
+        names.append(image)
     if not names:
         return pd.DataFrame()
-    # from the camera (x right, y down, z ahead) to the ground
-    turn = np.swapaxes(np.array(matrices), 1, 2)
+    turn = np.array(turn)
     if not are_rotations(turn, 1e-6).all():
         raise damaged(file.source, "its matrix is no rotation", EXPECTED)
     return orientations(names, centres, angles_from_rotation(TURNED @ turn))

@@ -136,15 +136,24 @@ def _project(file):
     angles = np.radians(values[:, :2:-1])
     turned = angles_from_rotation(rotation_from_angles(*angles.T))
     tables = {"orientations": orientations(names, values[:, :3], turned)}
-    tables["control_points"] = _object_points(points[-1], file)
+    found = _object_points(points[-1], file)
+    # the points that were control stand before all points, and once more among them
+    control = {line.words[0] for block in points[:-1] for line in block}
+    is_control = found["point_id"].isin(control)
+    found["role"] = np.where(is_control, "control", "new")
+    tables["control_points"] = found
     tables["image_points"] = _marked(marks[0], names, file)
-    return Foreign(tables)
+    note = f"{file.source}: coordinates and standard errors are those of its adjustment"
+    return Foreign(tables, None, (note,))
 
 
 def _require_end(blocks, marks, file):
-    """Compare with the list at the end: photo and point of every mark."""
+    """Compare with the list at the end: photo and point of every mark.
+
+    It also has marks of points that were not exported, and so may be longer.
+    """
     listed = blocks[-1] if all(len(line.words) == 2 for line in blocks[-1]) else []
-    if len(listed) != len(marks):
+    if len(listed) < len(marks):
         found = f"lists {len(listed)} of its {len(marks)} marks at its end: it is cut"
         raise damaged(file.source, found, EXPECTED, blocks[-1][-1].row)
 
