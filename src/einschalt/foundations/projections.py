@@ -167,13 +167,23 @@ def _utf8(name):
 def code_of(crs):
     """Shortest name of a system: its EPSG code where it is known, otherwise WKT.
 
-    ``crs`` may be WKT or a PROJ string of a program that leaves the code out.
+    ``crs`` may be WKT or a PROJ string of a program that leaves the code out. One of a
+    plane and heights without a code of its own has those of both: ``EPSG:25830+5782``.
     """
     system = read_source_crs(crs)
     system = system.source_crs if system.is_bound else system
+    codes = [_epsg(system)]
+    if codes == [None] and system.is_compound:
+        codes = [_epsg(part) for part in system.sub_crs_list]
+    return system.to_string() if None in codes else f"EPSG:{'+'.join(codes)}"
+
+
+def _epsg(system):
+    """Code of a system as text, or None."""
+    system = system.source_crs if system.is_bound else system
     with offline():
         code = system.to_epsg(min_confidence=LEAST_CONFIDENCE)
-    return system.to_string() if code is None else f"EPSG:{code}"
+    return None if code is None else str(code)
 
 
 def code_on_earth(text):

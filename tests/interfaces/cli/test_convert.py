@@ -2,8 +2,11 @@
 
 import json
 import re
+import tomllib
+from xml.sax.saxutils import escape
 
 import pandas as pd
+import pyproj
 from tests.interfaces.files.test_marker_files import XML
 
 TABLE = "Punktnr;Rechtswert;Hochwert;Art\n0012;13000,25;322000,5;Passpunkt\n"
@@ -26,6 +29,32 @@ def test_markers_become_tables_and_nothing_is_written_over(invoke, tmp_path):
         "13.5 48.25 411.5 1.5 2.25 A.JPG P1",
         "13.6 48.26 412 3 4 B.JPG CHK-P2",
     ]
+
+
+def in_system(text, crs):
+    """Markers in the system of a WKT, as Metashape writes it."""
+    wkt = pyproj.CRS(crs).to_wkt("WKT1_GDAL")
+    return text.replace(">EPSG:4326<", f">{escape(wkt)}<")
+
+
+def test_a_system_with_heights_is_named_by_the_codes_of_both(invoke, tmp_path):
+    given = tmp_path / "m.xml"
+    given.write_text(in_system(XML, "EPSG:25830+5782"), encoding="utf-8")
+    shown = invoke("convert", given, tmp_path / "out")
+    assert '[control_points] crs = "EPSG:25830+5782"  # ETRS89' in shown.stdout
+    listed = invoke("convert", given, tmp_path / "gcp_list.txt")
+    assert listed.exit_code == 0
+    # OpenDroneMap reads a number behind EPSG
+    assert (tmp_path / "gcp_list.txt").read_text().startswith("EPSG:25830\n")
+
+
+def test_the_line_for_block_toml_is_toml_for_a_system_without_code(invoke, tmp_path):
+    own = "+proj=lcc +lat_1=47 +lat_2=48 +lat_0=47.25 +lon_0=13 +ellps=GRS80"
+    given = tmp_path / "m.xml"
+    given.write_text(in_system(XML, own), encoding="utf-8")
+    shown = invoke("convert", given, tmp_path / "out")
+    line = re.search(r"\[control_points\] (crs = .*)", shown.stdout)[1]
+    assert pyproj.CRS(tomllib.loads(line)["crs"]).is_projected
 
 
 def test_markers_beside_a_calibration_become_a_list(invoke, tmp_path):

@@ -32,6 +32,15 @@ def test_two_images_of_one_name_remain_two(tmp_path):
     assert any("2 images named like another" in note for note in markers.notes)
 
 
+def test_the_system_of_markers_is_theirs_and_not_that_of_the_cameras(tmp_path):
+    """Since 2.0 each has its own: GNSS of the drone in WGS 84, control in UTM."""
+    old = "<reference>EPSG:4326</reference>"
+    text = XML.replace(old, f"{old}<marker_reference>EPSG:25833</marker_reference>")
+    markers = read_metashape(written(tmp_path, "m.xml", text))
+    assert markers.crs == "EPSG:25833"
+    assert {"easting", "northing"} <= set(markers.control_points())
+
+
 def test_markers_without_coordinates_state_no_accuracies(tmp_path):
     text = re.sub("<reference x=[^>]*/>", "", XML)
     markers = read_metashape(written(tmp_path, "m.xml", text))

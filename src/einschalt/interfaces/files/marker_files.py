@@ -39,6 +39,7 @@ from einschalt.interfaces.files.opensfm_images import (
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
 ODM_SYSTEM = re.compile(r"^(EPSG:\d+|\+proj=.*|WGS\s?84)$", re.IGNORECASE)
+WITH_HEIGHTS = re.compile(r"^(EPSG:\d+)\+\d+$")  # the list has the plane alone
 CHECK_MARK = "CHK-"  # how ODM's users mark check points
 CONTROL = ["point_id", "x", "y", "z", "role"]
 MEASURED = ["image_id", "point_id", "x", "y"]
@@ -302,4 +303,5 @@ def write_odm(path, markers):
         )
     numbers = table[["x", "y", "z", "x_image", "y_image"]].map("{:.12g}".format)
     rows = pd.concat([numbers, names], axis=1).agg(" ".join, axis=1)
-    write_text(path, "\n".join([markers.crs, *rows]) + "\n")
+    system = WITH_HEIGHTS.sub(r"\1", markers.crs)
+    write_text(path, "\n".join([system, *rows]) + "\n")

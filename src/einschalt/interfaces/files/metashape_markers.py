@@ -133,7 +133,8 @@ def _chunk(data, source):
 
 
 def _crs_of_chunk(chunk, source):
-    text = chunk.findtext("reference")
+    # since 2.0 markers may have a system that is not that of the cameras
+    text = chunk.findtext("marker_reference") or chunk.findtext("reference")
     if not text or text.startswith("LOCAL_CS"):
         return None
     try:

@@ -3,6 +3,8 @@
 import os
 from dataclasses import replace
 
+import tomli_w
+
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, OutputError, TableError, name_some
 from einschalt.foundations.kept_texts import kept, retold
@@ -182,7 +184,8 @@ def _convert_table(found, given, output):
 
 def _crs_line(crs):
     """The line of block.toml that names a system, and what it is."""
-    return f'crs = "{crs}"  # {label_of(crs)}'
+    key = tomli_w.dumps({"crs": crs}).rstrip("\n")  # WKT has quotes
+    return f"{key}  # {label_of(crs)}"
 
 
 def _require_free(path):
