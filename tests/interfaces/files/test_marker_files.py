@@ -177,7 +177,7 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
         (
             "gcp_list.txt",
             "WGS84\n1 2 3 4 5 a.jpg P\n1 2 3 4 6 a.jpg P\n",
-            "point P is measured in image a.jpg twice",
+            "row 3: point P is measured in image a.jpg twice",
         ),
         ("g.json", '{"points": [', r"g\.json, row 1: is no whole JSON"),
         ("g.json", '{"points": [{"id": 1}]}', "holds no measurement"),

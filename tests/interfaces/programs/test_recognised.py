@@ -410,7 +410,9 @@ def test_a_project_may_list_marks_of_points_that_it_leaves_out(tmp_path):
     """DBAT's own camcal-pmexport.txt lists 2081 marks after its 2074."""
     file = tmp_path / "project.txt"
     file.write_text(PROJECT + "   0    2\n")
-    assert len(read_foreign(file).tables["image_points"]) == 1
+    found = read_foreign(file)
+    assert len(found.tables["image_points"]) == 1
+    assert "project.txt: lists 1 mark more than it has" in found.notes
 
 
 def test_blanks_before_the_declaration_of_xml_are_passed(tmp_path):

@@ -109,7 +109,8 @@ def read_odm(path, source=None) -> Markers:
     if n_check:
         said = kept("{n:point|points}", n=n_check)
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
-    return markers_of(list(points.values()), rows, crs, notes, source)
+    lines = [row for row, _ in numbered[1:]]
+    return markers_of(list(points.values()), rows, crs, notes, source, lines)
 
 
 def _numbered_lines(data, source):
@@ -203,8 +204,11 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     return markers_of(points, rows, WGS_84, [], source)
 
 
-def markers_of(points, rows, crs, notes, source) -> Markers:
-    """Markers of rows as their columns are; a FileError where one lacks something."""
+def markers_of(points, rows, crs, notes, source, lines=None) -> Markers:
+    """Markers of rows as their columns are; a FileError where one lacks something.
+
+    ``lines``: of the file, one of each measurement, where there are such.
+    """
     if not rows:
         raise FileError(
             "holds no measurement in an image",
@@ -226,13 +230,13 @@ def markers_of(points, rows, crs, notes, source) -> Markers:
             values = [table[~is_whole].iloc[0][name] for name in (*names, "x", "y")]
             said = " ".join("?" if pd.isna(value) else str(value) for value in values)
             raise damaged(source, f"{shortened(said, 60)!r} lacks a name or a number")
-    measured, repeated = _measured_once(measured, source)
+    measured, repeated = _measured_once(measured, source, lines)
     return Markers(control, measured, crs, (*notes, *repeated))
 
 
-def _measured_once(measured, source):
+def _measured_once(measured, source, lines):
     """The measurements without those that repeat another, and notes."""
-    once = measured.drop_duplicates(ignore_index=True)
+    once = measured.drop_duplicates()
     again = once[once.duplicated(MEASURED[:2])]
     if len(again):
         image, point = again.iloc[0][MEASURED[:2]]
@@ -242,8 +246,10 @@ def _measured_once(measured, source):
             expected="each point once in an image",
             remedy="Delete the measurement that is wrong",
             file=source,
+            row=None if lines is None else lines[again.index[0]],
         )
     n_repeated = len(measured) - len(once)
+    once = once.reset_index(drop=True)
     if not n_repeated:
         return once, ()
     said = kept("{n:repeated measurement|repeated measurements}", n=n_repeated)

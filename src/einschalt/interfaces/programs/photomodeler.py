@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
 from einschalt.interfaces.files.damaged_files import damaged
@@ -130,7 +131,7 @@ def _project(file):
     if not points or not marks:
         last = blocks[-1][-1].row if blocks else None
         raise damaged(file.source, "ends before its points and marks", EXPECTED, last)
-    _require_end(blocks, marks[0], file)
+    notes = _compared_with_end(blocks, marks[0], file)
     values = numbers_of(photos, file.source, 1, 7, PHOTO)
     # kappa first, then phi and omega [degrees]
     angles = np.radians(values[:, :2:-1])
@@ -144,11 +145,11 @@ def _project(file):
     tables["control_points"] = found
     tables["image_points"] = _marked(marks[0], names, file)
     note = f"{file.source}: coordinates and standard errors are those of its adjustment"
-    return Foreign(tables, None, (note,))
+    return Foreign(tables, None, (note, *notes))
 
 
-def _require_end(blocks, marks, file):
-    """Compare with the list at the end: photo and point of every mark.
+def _compared_with_end(blocks, marks, file):
+    """Notes on the list at the end: photo and point of every mark.
 
     It also has marks of points that were not exported, and so may be longer.
     """
@@ -156,6 +157,9 @@ def _require_end(blocks, marks, file):
     if len(listed) < len(marks):
         found = f"lists {len(listed)} of its {len(marks)} marks at its end: it is cut"
         raise damaged(file.source, found, EXPECTED, blocks[-1][-1].row)
+    n_more = len(listed) - len(marks)
+    said = kept("{n:mark|marks}", n=n_more)
+    return [f"{file.source}: lists {said} more than it has"] if n_more else []
 
 
 def _photos(blocks, file):
