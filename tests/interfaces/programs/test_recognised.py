@@ -515,6 +515,33 @@ def test_axes_of_a_reference_may_stand_alone(tmp_path, head):
     assert (found["point_id"], found["role"]) == ("A 1", "check")
 
 
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize("mark", ["#", "# ", ""])
+def test_a_reference_has_the_separator_that_was_chosen(tmp_path, separator, mark):
+    rows = [
+        ["Label", "X/Easting", "Y/Northing", "Z/Altitude", "Accuracy_X/Y_(m)"],
+        ['"A 1"', "999660.44", "112368.17", "1916.55", "0.5"],
+        ["B", "999661.44", "112369.17", "1917.55", "0.5"],
+    ]
+    text = "".join(f"{separator.join(row)}\n" for row in rows)
+    (tmp_path / "ref.txt").write_text(mark + text)
+    found = read_foreign(tmp_path / "ref.txt").tables["control_points"]
+    assert found["point_id"].tolist() == ["A 1", "B"]
+    assert found[PLACE].to_numpy()[0].tolist() == [999660.44, 112368.17, 1916.55]
+    np.testing.assert_allclose(found["standard_error_m"], 0.5 * np.sqrt(2.0))
+
+
+def test_empty_columns_of_a_reference_stay_columns(tmp_path):
+    """Points that are measured in no image have no estimate; one has lost its label."""
+    head = "#Label\tX\tY\tZ\tX_est\tY_est\n"
+    (tmp_path / "ref.txt").write_text(f"{head}A\t1.5\t2.5\t3.5\t\t\n")
+    found = read_foreign(tmp_path / "ref.txt").tables["control_points"]
+    assert found[PLACE].to_numpy().tolist() == [[1.5, 2.5, 3.5]]
+    (tmp_path / "ref.txt").write_text(f"{head}\t1.5\t2.5\t3.5\t4.5\t5.5\n")
+    with pytest.raises(EinschaltError, match=r"row 2: .* is no point"):
+        read_foreign(tmp_path / "ref.txt")
+
+
 def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
     text = MORE["a.snx"].replace(" EIN", " IGN").replace("+SITE", "*\n+SITE")
     two = text.replace("STAX", "VELX").partition("+SOLUTION/MATRIX")[0] + "%ENDSNX\n"

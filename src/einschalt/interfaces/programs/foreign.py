@@ -46,15 +46,18 @@ def unseen(source):
     return f"{source}: read after the manual; no file of the program itself was seen"
 
 
-def lines_of(file, *, comments=("#",), separator=None):
-    """Lines of a text file with their numbers, parted into words."""
+def lines_of(file, *, comments=("#",), edges=None):
+    """Lines of a text file with their numbers, parted into words.
+
+    ``edges``: characters that are taken off a line's ends; all blanks, where none are
+    said. Tabs between columns are none.
+    """
     text = read_table_text(file, file.source)[0].decode("utf-8")
     lines = []
     for row, raw in enumerate(text.splitlines(), 1):
-        line = raw.strip()
-        if line and not line.startswith(comments):
-            words = [word.strip() for word in line.split(separator)]
-            lines.append(Line(row, words, line))
+        line = raw.strip(edges)
+        if line.strip() and not line.startswith(comments):
+            lines.append(Line(row, line.split(), line))
     return lines
 
 
@@ -84,14 +87,14 @@ def numbers_of(lines, source, start, stop, expected):
     return np.array(values, dtype=float).reshape(len(lines), stop - start)
 
 
-def cells_of(text, source, row):
-    """Cells of a line that commas part, with quotes around texts.
+def cells_of(text, source, row, separator=","):
+    """Cells of a line that commas or others part, with quotes around texts.
 
     >>> cells_of('"P, 1",2', "a.csv", 1)
     ['P, 1', '2']
     """
     try:
-        return next(csv.reader([text]))
+        return next(csv.reader([text], delimiter=separator))
     except csv.Error as error:
         raise damaged(source, f"cannot be parted: {error}", "cells", row) from error
 

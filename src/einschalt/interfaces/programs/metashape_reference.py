@@ -1,5 +1,7 @@
 """References of markers as Metashape imports and exports them: CSV with accuracies."""
 
+import re
+
 import numpy as np
 import pandas as pd
 
@@ -21,6 +23,8 @@ from einschalt.interfaces.programs.foreign import (
 
 HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),Enable"
 SYSTEM = "# CoordinateSystem: "
+# the sign between columns is chosen where the table is exported; X/ is of Metashape
+HEADER = re.compile(r"^(?:#\s*Label([,;\t ])X|Label([,;\t ])X/)", re.MULTILINE)
 EXPECTED = "#Label,X/Easting,Y/Northing,Z/Altitude, then a line for each point"
 
 
@@ -59,17 +63,18 @@ def _quoted(name):
 
 def is_reference(head):
     """Whether the first bytes of a file look so."""
-    return b"#Label,X" in head
+    return HEADER.search(head.decode("utf-8", "replace")) is not None
 
 
 def read_reference(file) -> Foreign:
     """Read a reference table, its columns by their names."""
     crs, places, rows = None, None, []
-    for line in lines_of(file, comments=("\0",), separator=","):
+    for line in lines_of(file, comments=("\0",), edges=" "):
+        header = HEADER.match(line.text)
         if line.text.startswith(SYSTEM):
             crs = code_on_earth(line.text.removeprefix(SYSTEM))
-        elif line.text.startswith("#Label"):
-            places = _places(line, file.source)
+        elif header:
+            places = _places(line, header[1] or header[2], file.source)
         elif not line.text.startswith("#"):
             if places is None:
                 raise damaged(file.source, "has no line #Label,…", EXPECTED, line.row)
@@ -84,11 +89,12 @@ def read_reference(file) -> Foreign:
     return Foreign({"control_points": table}, crs, notes)
 
 
-def _places(line, source):
+def _places(line, separator, source):
     """Where label, x, y, z and the switch stand; the next rows are parted by csv."""
-    words = [word.casefold().lstrip("#") for word in line.words]
+    words = line.text.lstrip("#").strip().casefold().split(separator)
+    words = [word.strip() for word in words]
     names = {"label": "label", "x": "x", "y": "y", "z": "z"}
-    found = {"count": len(words)}
+    found = {"count": len(words), "separator": separator}
     # an axis stands alone, or with what it is: X/Easting; Yaw begins with y as well
     axes = [word.split("/")[0] for word in words]
     found |= {k: axes.index(w) if w in axes else None for k, w in names.items()}
@@ -105,7 +111,7 @@ def _places(line, source):
 
 
 def _row(line, places, source):
-    cells = cells_of(line.text, source, line.row)
+    cells = cells_of(line.text, source, line.row, places["separator"])
     if len(cells) < places["count"]:
         said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
         raise damaged(source, said, EXPECTED, line.row)
