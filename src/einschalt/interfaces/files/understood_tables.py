@@ -39,6 +39,7 @@ from einschalt.foundations.projections import axis_letters, label_of
 from einschalt.foundations.tables import LINE, ROLES
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.header_lengths import in_expected_units
+from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
 
 ROLE = "role"
 NEW = "new"
@@ -102,7 +103,10 @@ def understood(frame, schema, said, meant, source) -> ReadTable:
 
     ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
+    refuse_footer(frame, source)
+    frame, repeated = without_headers(frame, schema, meant, source)
     frame, notes = _with_points(frame, schema, said, source)
+    notes.insert(0, repeated)
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
     hidden = set()  # columns of which another note tells, or none

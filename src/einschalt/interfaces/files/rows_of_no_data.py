@@ -1,0 +1,70 @@
+"""Rows of a table that are no data: headers once more, sums below the points.
+
+Tables that were put together of several repeat their header; one that was printed has a
+sum or a mean at its end, which looks like a point where its numbers are plausible.
+"""
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from einschalt.foundations.column_words import folded
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import TableError
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.tables import LINE
+
+NAMES = ("point_id", "model_id", "image_id")
+# as column_words.folded writes them
+FOOTERS = {
+    *("summe", "gesamt", "gesamtsumme", "anzahl", "mittel", "mittelwert"),
+    *("sum", "total", "count", "mean", "average", "grandtotal"),
+    *("somme", "nombre", "moyenne", "somma", "totale", "media"),
+}
+
+
+def without_headers(frame, schema, meant, source):
+    """The frame without the rows that repeat its header, and a note or None.
+
+    Such a row makes text of every column of numbers, so that others cost nothing.
+    """
+    once = [n for n in schema.number_names if list(frame.columns).count(n) == 1]
+    if not once or any(pd.api.types.is_numeric_dtype(frame[name]) for name in once):
+        return frame, None
+    is_header = np.ones(len(frame), dtype=bool)
+    for name in once:
+        word = str(meant.translated.get(name, name)).strip()
+        is_header &= _are(frame[name], word)
+        if not is_header.any():  # after the first column, as a rule
+            return frame, None
+    said = kept("{n:row|rows}", n=int(is_header.sum()))
+    return frame[~is_header], f"{source}: {said} repeating the header left out"
+
+
+def _are(series, word):
+    """Whether each text of a column is a word, whatever blanks are around it."""
+    values = pa.array(series, from_pandas=True)
+    if isinstance(values, pa.ChunkedArray):
+        values = values.combine_chunks()
+    texts = pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
+    return pc.equal(texts, word).to_numpy(zero_copy_only=False)
+
+
+def refuse_footer(frame, source):
+    """Refuse a last row that is called a sum or a mean."""
+    if not len(frame):
+        return
+    for name in NAMES:
+        if list(frame.columns).count(name) != 1:
+            continue
+        word = str(frame[name].iloc[-1])
+        if folded(word) in FOOTERS:
+            raise TableError(
+                f"the last row is called {shortened(word)!r}: is it a sum or a mean of "
+                "the rows above?",
+                expected="points alone",
+                remedy="Delete the row, or rename its point",
+                file=source,
+                row=int(frame.index[-1]) if frame.index.name == LINE else None,
+            )
