@@ -32,14 +32,14 @@ WORDS = {
     },
     "easting": {
         "de": "rechtswert ostwert rw ost rechts",
-        "en": "easting east",
+        "en": "easting east pointx",
         "fr": "est abscisse",
         "it": "coordinataest",
         "": "e",
     },
     "northing": {
         "de": "hochwert nordwert hw nord hoch",
-        "en": "northing north",
+        "en": "northing north pointy",
         "fr": "ordonnee",
         "it": "coordinatanord",
         "": "n",
@@ -48,7 +48,7 @@ WORDS = {
     "latitude": {"de": "breite", "en": "latitude lat", "it": "latitudine"},
     "height": {
         "de": "hoehe meereshoehe gebrauchshoehe orthometrischehoehe",
-        "en": "height elevation elev altitude alt",
+        "en": "height elevation elev altitude alt pointz",
         "fr": "hauteur cote",
         "it": "quota altezza altitudine",
         "": "h z",
