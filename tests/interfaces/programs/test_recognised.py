@@ -542,6 +542,16 @@ def test_empty_columns_of_a_reference_stay_columns(tmp_path):
         read_foreign(tmp_path / "ref.txt")
 
 
+def test_points_of_a_referenced_raster_are_no_pixels(tmp_path):
+    """QGIS writes coordinates of a raster that has a system; rows below 0 are none."""
+    file = tmp_path / "a.tif.points"
+    file.write_text(QGIS.replace(",-", ","))
+    with pytest.raises(EinschaltError, match="sourceY is above 0 in every line"):
+        read_foreign(file)
+    file.write_text(QGIS.replace("-20.25", "0.25"))  # a click above the first row
+    assert read_foreign(file).tables["image_points"]["y"].tolist() == [-0.25, 40.0]
+
+
 def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
     text = MORE["a.snx"].replace(" EIN", " IGN").replace("+SITE", "*\n+SITE")
     two = text.replace("STAX", "VELX").partition("+SOLUTION/MATRIX")[0] + "%ENDSNX\n"

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml
@@ -179,10 +180,25 @@ def read_qgis(file) -> Foreign:
             x, y, east, north = row
             role = "control" if is_on else "check"
             rows.append((None, x, -y, east, north, np.nan, role))
+    _require_pixels([row[2] for row in rows], file.source)
     image = file.path.name.removesuffix(".points")
     said = f"{file.source}: {n_off} points not enabled, taken for check points"
     notes = [said] if n_off else []
     return _foreign(rows, crs, image, file.source, QGIS, notes)
+
+
+def _require_pixels(rows_down, source):
+    """Refuse places above the image: of a raster that had a system already.
+
+    QGIS counts pixels in one without, and in other layers coordinates of their system.
+    """
+    if rows_down and max(rows_down) < 0.0:
+        raise FileError(
+            "sourceY is above 0 in every line: these are coordinates, and no pixels",
+            expected="sourceX, sourceY in pixels, rows counted down with a minus",
+            remedy="Georeference the image without its world file and system",
+            file=source,
+        )
 
 
 def _place(names, name):
