@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
@@ -49,7 +50,12 @@ def read_file(file) -> Foreign:
     }
     tables = {name: table for name, table in found.items() if len(table)}
     if not tables:
-        raise damaged(file.source, "holds nothing that is known", EXPECTED)
+        raise FileError(  # a calibration, or settings
+            "holds nothing that is known",
+            expected=EXPECTED,
+            remedy="Name the file that has them",
+            file=file.source,
+        )
     return Foreign(tables)
 
 
