@@ -32,11 +32,9 @@ from einschalt.pipeline.assessment.evidence.control.alike import (
 )
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
-    Displacement,
-    largest,
+    displacement_of,
     moved_between_ways,
     moved_by_left_out_control,
-    moved_by_suspects,
 )
 from einschalt.pipeline.assessment.evidence.control.heights import (
     examine_adjusted_heights,
@@ -59,7 +57,6 @@ from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     BesideDisplacedRegion,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
-from einschalt.pipeline.assessment.evidence.ground.network_step import smooth_strain
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
@@ -154,6 +151,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
+    displaced = cached_property(displacement_of)
 
     @cached_property
     def suspects(self):
@@ -175,19 +173,6 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     def shares_control_errors(self):
         """Whether it is said that errors of control points have something in common."""
         return control_shares_errors(self.block)
-
-    @cached_property
-    def displaced(self):
-        """What is wrong moves the new points by so much: Displacement."""
-        patterns = self.control_patterns
-        # a step or a bend that is part of a strain moves points no further than it does
-        is_strained = smooth_strain(self) is not None
-        in_plan = 0.0 if is_strained else patterns.moved_plan
-        return largest(
-            self.moved_by_left_out,
-            moved_by_suspects(self),
-            Displacement(in_plan, patterns.moved_height),
-        )
 
     @property
     def stated_height(self):

@@ -6,10 +6,7 @@ from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
-from einschalt.pipeline.assessment.evidence.ground.network_step import (
-    region_of_step,
-    smooth_strain,
-)
+from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
@@ -94,7 +91,7 @@ def strained_network_of_adjustment(adjusted):
 
 def _smooth_strain(examined, remedy):
     """Its size, where it is largest and where to."""
-    strain = smooth_strain(examined)
+    strain = examined.smooth_strain
     if strain is None:
         return None
     claimed = float(examined.figures.mean_within)
@@ -131,7 +128,7 @@ def broken_network(examined):
         pattern = examined.control_patterns.plan
         if pattern is None or pattern.kind is not Kind.BEND:
             return None
-        if smooth_strain(examined) is not None:
+        if examined.smooth_strain is not None:
             return None  # which says more
     easting, northing = pattern.amplitude
     remedy, part = "check_network_in_parts", {}
@@ -177,7 +174,7 @@ def contradicting_control(examined):
     if broken_network(examined) is not None:
         return None  # which says how
     p_values = [examined.control_patterns.unnamed_p_value]
-    if smooth_strain(examined) is not None:
+    if examined.smooth_strain is not None:
         return None  # a strained network
     if strain is not None and strain.is_significant:
         p_values.append(strain.p_value)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
-from einschalt.pipeline.assessment.evidence.ground.network_step import smooth_strain
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     ControlScores,
     strain_beside,
@@ -106,7 +105,7 @@ def test_a_step_that_is_part_of_a_strain_does_not_enlarge_the_figure(method):
         block = simulate_block("demo", seed=seed, geometry=geometry, noise=noise)
         result = densify(block, Settings(method=method))
         examined = result.examination
-        assert smooth_strain(examined) is not None
+        assert examined.smooth_strain is not None
         assert examined.displaced.plan < examined.control_patterns.moved_plan
         ratios.append(result.assessment.credible.value / true_error(result, block))
     # what moves the control moves the points less: a figure that is safe

@@ -56,6 +56,18 @@ def largest(*found) -> Displacement:
     )
 
 
+def displacement_of(examined) -> Displacement:
+    """What is wrong moves the new points by so much."""
+    patterns = examined.control_patterns
+    # a step or a bend that is part of a strain moves points no further than it does
+    in_plan = 0.0 if examined.smooth_strain else patterns.moved_plan
+    return largest(
+        examined.moved_by_left_out,
+        moved_by_suspects(examined),
+        Displacement(in_plan, patterns.moved_height),
+    )
+
+
 def moved_by_left_out_control(two_step) -> Displacement:
     """What control that the others contradict does to the new points.
 

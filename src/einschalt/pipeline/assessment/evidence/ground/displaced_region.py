@@ -29,7 +29,10 @@ from einschalt.pipeline.assessment.evidence.ground.given_region import (
     exceeds_stated,
     told_region,
 )
-from einschalt.pipeline.assessment.evidence.ground.network_step import network_step
+from einschalt.pipeline.assessment.evidence.ground.network_step import (
+    network_step,
+    smooth_strain,
+)
 from einschalt.pipeline.assessment.evidence.ground.onto_given_points import (
     first_pass,
     observations,
@@ -88,6 +91,7 @@ class BesideDisplacedRegion:
 
     is_with_regions_back = False
     network_step = cached_property(network_step)
+    smooth_strain = cached_property(smooth_strain)
 
     @cached_property
     def _wrong_points(self):
