@@ -12,6 +12,7 @@ from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.theory.block_adjustment import spatial_solution
 
 SPATIAL = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
 PLANE, SPACE = ["easting", "northing"], ["easting", "northing", "height"]
@@ -245,16 +246,30 @@ def mirrored(block, axis):
     return replace(block, low_flight=flight)
 
 
-def test_models_mirrored_in_plan_do_not_converge(block):
-    with pytest.raises(GeometryError, match="does not converge; expected models that"):
-        es.adjust_block(mirrored(block, "x"), kind="helmert_3d")
+def test_models_mirrored_in_plan_are_named(block):
+    result = es.densify(mirrored(block, "x"), SIMULTANEOUS)
+    found = {found.code: found for found in result.assessment.findings}
+    low = result.models[result.models["flight"] == "low_flight"]
+    assert found["models_upside_down"].facts["n_models"] == len(low)
+    assert result.assessment.credible.is_lower_bound
 
 
-def test_models_without_relief_of_their_own_are_no_traceback(block):
+def test_models_without_relief_of_their_own_hold_their_plan(block):
     low = block.low_flight.model_points.assign(z=0.0)
     flat = replace(block, low_flight=replace(block.low_flight, model_points=low))
-    with pytest.raises(GeometryError, match="does not converge; expected models that"):
-        es.adjust_block(flat, kind="helmert_3d")
+    result = es.densify(flat, SIMULTANEOUS)
+    new = result.points[result.points["role"] == "new"]
+    true = np.sqrt(np.mean(np.sum(errors(new, block.truth)[:, :2] ** 2, axis=1)))
+    claimed = result.assessment.credible
+    assert true < 1.2 * claimed.value
+    assert not claimed.is_lower_bound
+
+
+def test_models_that_never_settle_are_named(block, monkeypatch):
+    monkeypatch.setattr(spatial_solution, "MOST_PASSES", 1)
+    message = r"model \S+: The simultaneous .* does not converge; expected models that"
+    with pytest.raises(GeometryError, match=message):
+        es.adjust_block(mirrored(block, "x"), kind="helmert_3d")
 
 
 @pytest.mark.parametrize("n_control", [4, 5])

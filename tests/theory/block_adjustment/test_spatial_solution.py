@@ -327,3 +327,39 @@ def test_steps_that_are_no_numbers_are_no_solution():
     xyz[5, 0] = np.nan
     with pytest.raises(NoConvergenceError, match="the last step was nan m"):
         adjust_spatially(replace(observations, xyz=xyz), start)
+
+
+def with_control_exchanged(observations, apart=1):
+    """Two control points under each other's name."""
+    control = observations.control.copy()
+    known = np.flatnonzero(observations.is_control)
+    one, other = known[0], known[apart]
+    control[[one, other]] = control[[other, one]]
+    return replace(observations, control=control)
+
+
+def with_a_model_of_chance(observations, seed):
+    """Points of the first model anywhere in it, as after a wrong orientation."""
+    rng = np.random.default_rng(seed)
+    xyz = observations.xyz.copy()
+    first = observations.model == 0
+    xyz[first] = xyz[first].mean(axis=0) + 60.0 * rng.standard_normal((first.sum(), 3))
+    return replace(observations, xyz=xyz)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("spoil", [with_control_exchanged, with_a_model_of_chance])
+def test_large_residuals_end_in_a_minimum(seed, spoil):
+    """Where no step leads down, and not where linear steps grow."""
+    observations = spoil(a_block(seed=seed)[0], seed + 3)
+    found, dense = adjust_spatially(observations), Dense(observations)
+    models = found.parameters.copy()
+    arm = models[:, 3:4] * turned_by(models[:, 4:], dense.centroid)
+    models[:, :3] += arm - dense.origin
+    points = (found.points - dense.origin)[dense.is_free]
+    x = np.concatenate([models.ravel(), points.ravel()])
+    v = dense.residuals(x)
+    assert v @ v == pytest.approx(found.sum_of_squares, rel=1e-6)
+    best = least_squares(dense.residuals, x, jac=dense.jacobian, x_scale="jac")
+    # errors are large: what is left to gain is nothing beside their square
+    assert found.sum_of_squares - 2.0 * best.cost < 1e-3 * found.s_0**2

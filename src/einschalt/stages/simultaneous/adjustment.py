@@ -238,8 +238,17 @@ def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
             expected="models that stand upright but for some degrees, without "
             "exchanged names of points",
             remedy='Set method = "two_step", and look at the residuals of its models',
+            model=_still_moving(tables, error),
             stage=STAGE,
         ) from error
+
+
+def _still_moving(tables, error):
+    """Name of the model that moved most in the end; None where nothing tells it."""
+    part, _ = determined_part(tables)
+    if part.observations.n_models != error.n_models:  # without others by then
+        return None
+    return tables.models["model_id"].iloc[part.models[error.model]]
 
 
 def _adjust_tables(tables, options):

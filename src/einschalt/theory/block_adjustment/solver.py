@@ -100,6 +100,8 @@ class Solver:
     factor: Factor
     # (n_unknowns,): weight with which each unknown is 0 before it is observed
     prior: np.ndarray
+    # (n_models, n_unknowns, n_unknowns): added to the normal equations of each model
+    second: np.ndarray | None = None
 
     def project(self, shift, control, *, is_rough=False) -> Projection:
         """Adjust observations T − X = l (``shift``) and X = c (``control``).
@@ -115,6 +117,8 @@ class Solver:
         residuals = system.project(None, shift, control)[1]
         for _ in range(MOST_STEPS):
             gradient = system.gradient(residuals) + self.prior[:, None] * parameters
+            if self.second is not None:
+                gradient += self.second @ parameters
             step = self.factor.solve(gradient)
             size = np.abs(step).max(initial=0.0)
             if not np.isfinite(size):
@@ -174,13 +178,16 @@ def build_solver(ordering, xy, weights, control, channels, further=()) -> Solver
     )
 
 
-def factor_block(ordering, design, weights, control, prior, channels=None) -> Solver:
+def factor_block(
+    ordering, design, weights, control, prior, channels=None, second=None
+) -> Solver:
     """Assemble and factor a block with any design, (n_rows, d, n_unknowns).
 
     Arrays are in the order of elimination: ``weights`` (n_rows, d), and ``control``,
     the weight (n_points, d, d) of each point's given coordinates [1/m²] and whether
     they are held; ``prior`` (n_unknowns,) that with which each unknown is 0 before it
-    is observed. Without ``channels`` every model has every unknown.
+    is observed. Without ``channels`` every model has every unknown. ``second``
+    (n_models, n_unknowns, n_unknowns) is added to the normal equations.
     """
     incidence = ordering.reordered.incidence
     inverse = invert_point_blocks(incidence, weights, *control)
@@ -191,5 +198,7 @@ def factor_block(ordering, design, weights, control, prior, channels=None) -> So
         models, unknowns = np.nonzero(channels.is_empty)
         blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
     blocks[ordering.pattern.start[:-1]] += np.diag(prior)
+    if second is not None:
+        blocks[ordering.pattern.start[:-1]] += second
     factor = factorize(blocks, ordering.pattern, ordering.fronts)
-    return Solver(system, channels, ordering.pattern, factor, prior)
+    return Solver(system, channels, ordering.pattern, factor, prior, second)

@@ -5,9 +5,10 @@ Gauss-Newton: a small step of a model about its centroid moves a point by
     dT = dt + dλ a + dω × a,    a = s R (x − c),
 
 with shift, relative scale and turn in units of its extent, the root mean square of a.
-Points are eliminated and the models are factored front by front as in the plane, with
-three rows a point and seven unknowns a model; the last linearisation gives every
-variance.
+Where residuals are so large that such steps grow, or hardly become smaller, second
+derivatives are counted too. Points are eliminated and the models are factored front by
+front as in the plane, with three rows a point and seven unknowns a model; the last
+linearisation gives every variance.
 """
 
 from dataclasses import dataclass, replace
@@ -24,18 +25,44 @@ from einschalt.theory.block_adjustment.adjusted_block import (
 )
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.solver import factor_block, order_block
+from einschalt.theory.block_adjustment.second_order import (
+    among_unknowns,
+    second_derivatives,
+)
+from einschalt.theory.block_adjustment.solver import (
+    Projection,
+    Solver,
+    factor_block,
+    order_block,
+)
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
 from einschalt.theory.transformation.helmert_3d import angles_of, parameters_from_step
 
-MOST_PASSES = 50
+MOST_PASSES = 100
 # a step that is as small as this changes nothing but its own square [m]
 SETTLED, ROUGHLY = 1e-7, 1e-3
+# steps that grow beyond it [m] are no rounding
+FAR = 0.1
+# a step that is not so much smaller than the last one comes from large residuals
+SLOWLY = 0.5
+# share of its standard error that a model may still move by where residuals are large
+SETTLED_OF_ERROR = 1e-3
+# relative growth of the sum of squares that is no rounding
+GROWS = 1e-9
+# which second derivatives a pass counts: none, those that hold models, or all
+LINEAR, POSITIVE, FULL = 0, 1, 2
 N_UNKNOWNS = 7
 
 
 class NoConvergenceError(ArithmeticError):
-    """The adjustment of the spatial models does not converge."""
+    """The adjustment of the spatial models does not converge.
+
+    ``model`` of so many models still moves by the largest step.
+    """
+
+    def __init__(self, step, model, n_models):
+        super().__init__(f"the last step was {step:g} m")
+        self.model, self.n_models = model, n_models
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,26 +180,66 @@ class _Task(BlockInOrder):
             self._bent = observations.bent[self.rows]
 
     def solve(self, start, settled=SETTLED) -> SpatialSolution:
-        """Iterate from a start until no step is larger than ``settled`` [m]."""
-        order = self.ordering.order
-        place = start.arranged(lambda values: values[order])
+        """Iterate from a start until no step is larger than ``settled`` [m].
+
+        Where second derivatives count, errors are larger than stated, and a model may
+        hang on little: until no step counts beside the errors that residuals show.
+        """
+        place = start.arranged(lambda values: values[self.ordering.order])
         control = self.control_from(place.origin)
-        last = np.inf
+        bent = np.zeros((len(place.scale), self._bent.shape[2]))
+        before, share, most = None, 1.0, FULL
+        now = self._pass(place, bent, control)
         for _ in range(MOST_PASSES):
-            arm = self._arms(place)
-            extent = self._extents(arm)
-            solver = self._factored(arm, extent)
-            shift = -(place.centre[self._model] + arm)
-            found = solver.project(shift[:, :, None], control[:, :, None])
-            step = found.parameters[:, :N_UNKNOWNS, 0]
-            size = np.abs(step).max()
-            place = _moved(place, step, extent)
-            if size < settled:
-                return self._solution(place, control, found, (solver, extent))
-            if not np.isfinite(size) or (size > last > 1e6 * SETTLED):
+            if before is not None and now.squares > before.squares * (1.0 + GROWS):
+                order, share = POSITIVE, share / 2.0
+                if before.order == FULL:  # it led uphill: no minimum is near
+                    most, share, place, bent = POSITIVE, 1.0, before.place, before.bent
+                    before = self._pass(place, bent, control, before.residuals, order)
+            elif not np.isfinite(now.size):
                 break
-            last = size
-        raise NoConvergenceError(f"the last step was {size:g} m")
+            elif now.size < settled or now.is_settled:
+                return self._solution(now, control)
+            else:
+                order = min(most, _next_order(now, before))
+                before, share = now, min(1.0, 2.0 * share)
+            now = self._pass(*before.moved(share), control, before.residuals, order)
+        worst = int(self.ordering.order[now.moves.argmax()])
+        raise NoConvergenceError(now.size, worst, self.incidence.n_models)
+
+    def _pass(self, place, bent, control, residuals=None, order=LINEAR):
+        """Linearise the block where its models stand, and find their step from there.
+
+        ``residuals`` are those of the place before, for second derivatives.
+        """
+        arm = self._arms(place)
+        extent = self._extents(arm)
+        second = None
+        if order != LINEAR:
+            given = self.incidence, arm, self.weights * residuals, extent
+            second = second_derivatives(*given, is_positive=order == POSITIVE)
+        solver = self._factored(arm, extent, second)
+        right = -(place.centre[self._model] + arm)[:, :, None], control[:, :, None]
+        found = solver.project(*right)
+        stand = self._as_they_stand(solver, bent, right, found.parameters)
+        return _Pass(place, bent, extent, solver, found, *stand, order)
+
+    def _as_they_stand(self, solver, bent, right, found):
+        """Residuals of models before their step, with the points that fit them best.
+
+        Then Σ w v² of measurements, control and deformations, and the part of it that
+        half of the step would take away.
+        """
+        still = np.zeros((len(bent), N_UNKNOWNS))
+        parameters = np.concatenate([still, bent], axis=1)[:, :, None]
+        points, residuals = solver.system.project(parameters, *right)
+        away = (points - right[1])[self.is_control, :, 0]
+        weight = self.prior[0][self.is_control]
+        squares = np.sum(self.weights * residuals[:, :, 0] ** 2) + np.sum(bent**2)
+        squares += np.einsum("na,nab,nb->", away, weight, away)
+        slope = solver.system.gradient(residuals) + solver.prior[:, None] * parameters
+        decrease = np.sum(slope * (parameters - found))
+        return residuals[:, :, 0], float(squares), float(decrease)
 
     def _arms(self, place):
         """Points from the centre of their model, on the ground."""
@@ -186,7 +253,7 @@ class _Task(BlockInOrder):
         squares = np.bincount(self._model, (arm**2).sum(axis=1), n_models)
         return np.sqrt(squares / count)
 
-    def _factored(self, arm, extent):
+    def _factored(self, arm, extent, second=None):
         design = np.zeros((len(arm), 3, N_UNKNOWNS))
         design[:, range(3), range(3)] = 1.0
         unit = arm / extent[self._model][:, None]
@@ -194,11 +261,17 @@ class _Task(BlockInOrder):
         design[:, :, 4:] = cross_matrix(-unit)
         design = np.concatenate([design, self._bent], axis=2)
         prior = np.repeat([0.0, 1.0], [N_UNKNOWNS, self._bent.shape[2]])
-        return factor_block(self.ordering, design, self.weights, self.prior, prior)
+        if second is not None:
+            second = among_unknowns(second, len(prior))
+        given = self.ordering, design, self.weights, self.prior, prior
+        return factor_block(*given, second=second)
 
-    def _solution(self, place, control, found, last):
-        solver, extent = last
-        order = self.ordering.order
+    def _solution(self, last, control):
+        """The block after its last step; its variances are those of a linear one."""
+        if last.order != LINEAR:
+            last = self._pass(last.place, last.bent, control)
+        (place, _), order = last.moved(), self.ordering.order
+        found, extent, solver = last.found, last.extent, last.solver
         points, residuals = found.points[:, :, 0], found.residuals[:, :, 0]
         n_unknowns = N_UNKNOWNS * self.given.n_models
         bent = found.parameters[:, N_UNKNOWNS:, 0]
@@ -215,13 +288,59 @@ class _Task(BlockInOrder):
         )
 
 
-def _moved(place, step, extent):
-    """Models after a step of shift, scale and turn (in units of their extent)."""
-    relative = step[:, 3:] / extent[:, None]
-    turn = rotation_by_vector(relative[:, 1:])
-    return replace(
-        place,
-        centre=place.centre + step[:, :3],
-        scale=place.scale * (1.0 + relative[:, 0]),
-        rotation=turn @ place.rotation,
-    )
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """A linearisation: everything in the order of elimination."""
+
+    place: Placement
+    bent: np.ndarray  # (n_models, n_bent): each model's own deformation, as it stands
+    extent: np.ndarray  # (n_models,): unit of scale and turn [m]
+    solver: Solver
+    found: Projection
+    residuals: np.ndarray  # (n_rows, 3): as the models stand [m]
+    squares: float  # Σ w v², likewise
+    decrease: float  # of it, by half of the step: the step squared, over its variance
+    order: int  # which second derivatives it counts
+
+    @property
+    def moves(self):
+        """The largest step of each model [m]."""
+        return np.abs(self.found.parameters[:, :N_UNKNOWNS, 0]).max(axis=1)
+
+    @property
+    def size(self):
+        """The largest step of any model [m]."""
+        return self.moves.max()
+
+    @property
+    def is_settled(self):
+        """Whether the step is nothing beside the errors of what it moves.
+
+        Only where second derivatives count: small errors deserve every digit.
+        """
+        variance = max(1.0, self.squares / self.residuals.size)
+        is_little = abs(self.decrease) < SETTLED_OF_ERROR**2 * variance
+        return self.order != LINEAR and is_little
+
+    def moved(self, share=1.0):
+        """Models and their deformations after a share of the step."""
+        found, place = self.found.parameters[:, :, 0], self.place
+        step = share * found[:, :N_UNKNOWNS]
+        relative = step[:, 3:] / self.extent[:, None]
+        turn = rotation_by_vector(relative[:, 1:])
+        moved = replace(
+            place,
+            centre=place.centre + step[:, :3],
+            scale=place.scale * (1.0 + relative[:, 0]),
+            rotation=turn @ place.rotation,
+        )
+        return moved, self.bent + share * (found[:, N_UNKNOWNS:] - self.bent)
+
+
+def _next_order(now, before):
+    """Second derivatives that the next pass is to count, by the steps so far."""
+    if before is None or now.size < SLOWLY * before.size:
+        return now.order
+    if now.size > before.size:
+        return POSITIVE if before.size > FAR else now.order
+    return min(now.order + 1, FULL)
