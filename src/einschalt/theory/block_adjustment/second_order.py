@@ -31,6 +31,8 @@ def second_derivatives(incidence, arm, pulled, extent, *, is_positive):
     odd = sums - np.swapaxes(sums, 1, 2)
     turned = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
     second[:, 0, 1:] = second[:, 1:, 0] = turned
+    # of a model that ran away, which its sum of squares tells
+    second[~np.isfinite(second).all(axis=(1, 2))] = 0.0
     if not is_positive:
         return second
     value, vector = np.linalg.eigh(second)
