@@ -142,6 +142,8 @@ def test_every_cause_has_words(faulty_result):
         explained
         <= CAUSES.keys()
         == {
+            "exchanged_control",
+            "strained_network",
             "exchanged_names",
             "wrong_control_height",
             "other_targets",

@@ -60,6 +60,10 @@ FACTS = Part(
         ),
         "median": ("m", "median of all points, TOTAL"),
         "rms": ("m", "differences at the known points, TOTAL, RMS"),
+        "rms_exchanged": (
+            "m",
+            "the same with the names of both control points exchanged, TOTAL, RMS",
+        ),
         "claimed": (
             "m",
             (

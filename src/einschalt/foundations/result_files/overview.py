@@ -268,6 +268,10 @@ CREDIBLE = Part(
             "wrong_points": (
                 "single given points are wrong, and their effect is added to the rest"
             ),
+            "exchanged_control": (
+                "two control points are under each other's name, and the effect is "
+                "added to the figure with both put right"
+            ),
         },
         "doubt": {
             "mirrored": (

@@ -11,6 +11,9 @@ MEANINGS = mark_each(
         "exchanged_image_names": (
             "Two points of a photograph that were measured under each other's name."
         ),
+        "exchanged_control": (
+            "Two control points lie each where the other one is given."
+        ),
         "control_under_another_name": (
             "A control point lies far from where it is given, and a new point lies "
             "there."
@@ -226,6 +229,10 @@ CAUSES = mark_each(
         ),
         "exchanged_image_names": (
             "Names were exchanged while the photograph was measured, or in its file."
+        ),
+        "exchanged_control": (
+            "Two names were exchanged in the list of control, or both points were "
+            "measured under each other's name everywhere."
         ),
         "control_under_another_name": (
             "The names of both points are exchanged in all measurements, or the list "

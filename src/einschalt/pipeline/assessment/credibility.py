@@ -67,6 +67,8 @@ class Reason(StrEnum):
     DISPLACED = "displaced"
     # so are single given points
     WRONG_POINTS = "wrong_points"
+    # two control points under each other's name, which moves the points by so much
+    EXCHANGED_CONTROL = "exchanged_control"
 
 
 # figures that are at least as large
@@ -96,6 +98,8 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
+    if examined.exchanged_control is not None:
+        return _beside_exchanged_control(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
     figures, claim = examined.figures, examined.claim
@@ -148,6 +152,28 @@ def _beside_points_put_off(examined):
         is_lower_bound=True,
         reason=Reason.DISPLACED if has_regions else Reason.WRONG_POINTS,
         elsewhere=float(np.hypot(rest.value, examined.moved_outside)),
+    )
+
+
+def _beside_exchanged_control(examined):
+    """The figure with two names of control put right, and how far that moves points.
+
+    A lower bound where it moves them; where no model is fitted onto control, they are
+    as good as that figure.
+    """
+    exchanged, figures = examined.exchanged_control, examined.figures
+    rest = exchanged.corrected.credible
+    value = float(np.hypot(rest.value, exchanged.moved))
+    column = examined.claimed_column
+    claimed = figures.mean_total if column == TOTAL else figures.mean_paper
+    return replace(
+        rest,
+        value=value,
+        is_lower_bound=rest.is_lower_bound or exchanged.moved > 0.0,
+        column=column,
+        factor=float(np.nanmax([1.0, value / claimed if claimed > 0.0 else np.nan])),
+        reason=Reason.EXCHANGED_CONTROL,
+        elsewhere=np.nan,
     )
 
 
@@ -273,6 +299,8 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
+    if examined.exchanged_control is not None:
+        return _beside_exchanged_control(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)

@@ -36,6 +36,9 @@ def credible_heights(examined) -> CredibleHeights | None:
     """
     if "height" not in examined.solution.points:
         return None
+    exchanged = examined.exchanged_control
+    if exchanged is not None:
+        return _beside_exchanged_control(examined.stated_height, exchanged)
     total = examined.stated_height
     rejected, moved = examined.height_claim.rejected, examined.displaced.height
     moved = where_it_matters(moved, total, is_refuted=bool(rejected))
@@ -53,6 +56,15 @@ def credible_heights(examined) -> CredibleHeights | None:
     value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
     factor = value / total if is_refuted and total > 0.0 else 1.0
     return CredibleHeights(value, is_refuted, float(factor))
+
+
+def _beside_exchanged_control(total, exchanged):
+    """The figure with both names put right, and how far that moves heights."""
+    rest = exchanged.corrected.credible_heights
+    value = float(np.hypot(rest.value, exchanged.moved_heights))
+    factor = max(1.0, value / total) if total > 0.0 else 1.0
+    is_least = rest.is_lower_bound or exchanged.moved_heights > 0.0
+    return CredibleHeights(value, is_least, float(factor))
 
 
 def _of_another_unit(examined):

@@ -48,6 +48,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
+EXCHANGED = "exchanged_control"
 OTHER_TARGETS, WRONG_HEIGHT = "other_targets", "wrong_control_height"
 CLAIM = "claim_that_does_not_stand"
 # the block is computed without them: the first of them explains what is gone then
@@ -58,10 +59,13 @@ OF_NETWORK = {BROKEN, "strained_network", "contradicting_control", *PUT_OFF}
 OF_CONTROL = {"control_that_contradicts", "control_against_block", "control_set_aside"}
 # what no gross error makes, what is a cause itself, or a matter of single models and of
 # reading
-NO_CONSEQUENCES = {
-    *("exchanged_names", "measurements_given_twice"),
-    *("no_check_points", "figure_left_out", "note_of_reading", "failed_models"),
-    *("models_without_redundancy", "points_in_one_coverage", "points_in_one_model"),
+NEVER_FOLLOW = {
+    *("no_check_points", "figure_left_out", "note_of_reading"),
+    *("measurements_given_twice", "points_in_one_model"),
+}
+NO_CONSEQUENCES = NEVER_FOLLOW | {
+    *("exchanged_names", EXCHANGED, "failed_models"),
+    *("models_without_redundancy", "points_in_one_coverage"),
 }
 # what comes from too little control, and from no error
 OF_GEOMETRY = {"imprecise_points"}
@@ -97,6 +101,31 @@ def with_kept_gross_errors(examined, judges, findings):
         for found in findings
     )
     return in_order((*marked, _finding(examined.two_step, gross, explained)))
+
+
+def with_exchanged_control(examined, judges, findings):
+    """Put what is gone with two names of control put right under these.
+
+    It spoils whatever is near: names that seem exchanged in measurements, or control
+    that seems to be a new point, follow from it as well. What is left is told as it is
+    without it.
+    """
+    cause = next((found for found in findings if found.code == EXCHANGED), None)
+    if cause is None:
+        return findings
+    again = examined.exchanged_control.corrected
+    left = {found.code: found for found in findings_of(again, judges)}
+    kept = {EXCHANGED, *NEVER_FOLLOW}
+    explained = tuple(
+        found.code for found in findings if found.code not in {*kept, *left}
+    )
+    free = tuple(
+        found
+        if found.code in kept
+        else replace(left.get(found.code, found), explained_by="")
+        for found in findings
+    )
+    return with_consequences(cause, free, explained)
 
 
 def with_wrong_height(examined, judges, findings):

@@ -39,6 +39,7 @@ TITLES = mark_each(
         "control_points_beyond_claim": "control points worse than stated",
         "control_that_contradicts": "inconsistent control points",
         "control_under_another_name": "control under another name",
+        "exchanged_control": "exchanged names of control",
         "shifted_block": "shifted block",
         "heights_out_of_scale": "heights out of scale",
         "curvature_untold": "curvature of the Earth untold",

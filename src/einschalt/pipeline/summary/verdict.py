@@ -39,6 +39,7 @@ CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
         "exchanged_image_names": "correct the exchanged names first",
+        "exchanged_control": "exchange two names of control first",
         "models_upside_down": "correct the mirrored models first",
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
@@ -46,6 +47,7 @@ CAUSES = mark_each(
         "wrong_approximate_points": "check approximate point {name} first",
         "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
+        "strained_network": "check the control network for strain first",
         "models_in_another_unit": "convert the models in another unit first",
         "measurements_given_twice": "remove the measurements given twice first",
         **dict.fromkeys(
@@ -76,8 +78,11 @@ CONTROL_IN = mark_each(
         "middle": "check the control points in the middle first",
     }
 )
+# what is told first, also beside a figure that it does not touch
+BESIDE_ANY_FIGURE = ("exchanged_control",)
 # what a computation without it has shown to move the points
 MAKES_THE_BOUND = ("broken_network", "displaced_region", "wrong_approximate_points")
+STRAINED = "strained_network"
 CONTROL_IN_SEVERAL = mark("check the control points of {n} displaced regions first")
 CONTROL_IN_PARTS = mark("compare both parts of the control network first")
 ELSEWHERE = mark("{figure} outside displaced regions")
@@ -178,8 +183,8 @@ def _better(choice):
 
 def _cause(assessment):
     """Say what to mend first where something contradicts the figure."""
-    code = next(iter(assessment.causes), None) or _alone(assessment.findings)
-    if not code or not assessment.credible.is_lower_bound:
+    code = _first(assessment)
+    if not code:
         return ""
     cause = next(found for found in assessment.findings if found.code == code)
     if cause.facts.get("given") == "control_points":
@@ -192,10 +197,24 @@ def _cause(assessment):
     return translated(words, name=printable(names[0]), n=n)
 
 
+def _first(assessment):
+    """Code of the cause to mend first; empty without one."""
+    findings = assessment.findings
+    beside = next((f.code for f in findings if f.code in BESIDE_ANY_FIGURE), "")
+    if beside or not assessment.credible.is_lower_bound:
+        return beside
+    return next(iter(assessment.causes), None) or _alone(findings)
+
+
 def _alone(findings):
-    """What makes the bound by itself, though no other finding follows from it."""
+    """What makes the bound by itself, though no other finding follows from it.
+
+    A strain of control where nothing else was shown to: no computation is without it.
+    """
     proven = (f.code for f in findings if "explains" in f.facts)
-    return next((code for code in proven if code in MAKES_THE_BOUND), "")
+    strained = (f.code for f in findings if f.code == STRAINED and not f.explained_by)
+    shown = next((code for code in proven if code in MAKES_THE_BOUND), "")
+    return shown or next(strained, "")
 
 
 def _where_control_is_off(facts):

@@ -9,6 +9,7 @@ NOTE, WARNING, GRAVE = Gravity
 KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
     "exchanged_image_names": (MEASUREMENTS, GRAVE),
+    "exchanged_control": (CONTROL, GRAVE),
     "control_under_another_name": (CONTROL, GRAVE),
     "kept_gross_measurements": (MEASUREMENTS, GRAVE),
     "other_targets": (MEASUREMENTS, GRAVE),

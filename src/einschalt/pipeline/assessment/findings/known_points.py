@@ -155,6 +155,27 @@ def _shifted(role, known, shift):
     )
 
 
+def exchanged_control(examined):
+    """Two control points that lie where the other one is given."""
+    found = examined.exchanged_control
+    if found is None:
+        return None
+    return finding(
+        "exchanged_control",
+        names=found.points,
+        statistic="RMS of the differences at control points, and with both put right",
+        observed=found.rms,
+        expected=found.rms_exchanged,
+        remedy="exchange_control_names",
+        facts={
+            "apart": found.apart,
+            "rms": found.rms,
+            "rms_exchanged": found.rms_exchanged,
+            "moved": found.moved,
+        },
+    )
+
+
 def control_under_another_name(two_step):
     """New points that lie where control is given, which lies elsewhere itself.
 
@@ -260,5 +281,11 @@ def other_targets(examined):
     )
 
 
-TWO_STEP = (other_targets, control_under_another_name, *FOR_BOTH)
-SIMULTANEOUS = (other_targets, control_under_another_name_of_adjustment, *FOR_BOTH)
+TWO_STEP = (
+    *(exchanged_control, other_targets, control_under_another_name),
+    *FOR_BOTH,
+)
+SIMULTANEOUS = (
+    *(exchanged_control, other_targets, control_under_another_name_of_adjustment),
+    *FOR_BOTH,
+)

@@ -29,6 +29,10 @@ REMEDIES = mark_each(
             "State standard_error_m of the control points: no errors of their own are "
             "expected so far"
         ),
+        "exchange_control_names": (
+            "Exchange their names in the list of control, or in all measurements, "
+            "whichever is wrong, and compute again"
+        ),
         "correct_control_name": (
             "Their names are exchanged in all measurements, or the list of control "
             "gives the coordinates of the other one: correct it and compute again"
@@ -56,6 +60,17 @@ LONE = mark(
     "Check point {point} differs by {largest:length}: without it the differences at "
     "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
     "{rms:length}, expected {claimed:length}"
+)
+EXCHANGED = mark(
+    "Control points {one} and {other} lie where the other one is given, {apart:length} "
+    "apart: with both names exchanged the differences at control are "
+    "{rms_exchanged:length} (total, RMS) instead of {rms:length}"
+)
+EXCHANGED_MOVES = mark(
+    "Control points {one} and {other} lie where the other one is given, {apart:length} "
+    "apart: with both names exchanged the differences at control are "
+    "{rms_exchanged:length} (total, RMS) instead of {rms:length}, and the new points "
+    "move by {moved:length}"
 )
 UNDER_ANOTHER_NAME = mark(
     "Control point {control} lies {miss:length} from where it is given, and new point "
@@ -105,6 +120,13 @@ def control_under_another_name(finding):
     return filled(message, finding, control=control, other=other)
 
 
+def exchanged_control(finding):
+    """Which two it is, and what is gone with their names put right."""
+    one, other = (names([name]) for name in finding.names)
+    words = EXCHANGED_MOVES if finding.facts["moved"] > 0.0 else EXCHANGED
+    return filled(words, finding, one=one, other=other)
+
+
 def lone_wrong_check_point(finding):
     """Which check point it is, and what the others say."""
     return filled(LONE, finding, point=names(finding.names))
@@ -127,6 +149,7 @@ WORDS = {
     "check_points_beyond_claim": check_points_beyond_claim,
     "lone_wrong_check_point": lone_wrong_check_point,
     "control_under_another_name": control_under_another_name,
+    "exchanged_control": exchanged_control,
     "check_points_better_than_claim": OF_CHECK,
     "control_points_beyond_claim": control_points_beyond_claim,
     "shifted_block": shifted_block,

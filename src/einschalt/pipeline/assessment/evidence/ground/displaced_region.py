@@ -19,6 +19,9 @@ import numpy as np
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
+from einschalt.pipeline.assessment.evidence.control.exchanged_control import (
+    BesideExchangedControl,
+)
 from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
     scan_control,
 )
@@ -83,8 +86,8 @@ class GivenScan:
 NO_MORE_REGIONS = {"region_scan": GivenScan(), "control_regions": ()}
 
 
-class BesideDisplacedRegion:
-    """What can be asked of an examination about displaced regions, and single points.
+class BesideDisplacedRegion(BesideExchangedControl):
+    """What can be asked of an examination about given points that are wrong.
 
     Regions are looked for without the single points that are wrong.
     """

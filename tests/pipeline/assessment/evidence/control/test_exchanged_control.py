@@ -1,0 +1,116 @@
+"""Two control points under each other's name: the pair, the figure, the headline."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
+from einschalt.pipeline.summary.verdict import verdict
+
+PLAN = ["easting", "northing"]
+CODE = "exchanged_control"
+WAYS = [
+    *(("affine", "two_step"), ("affine", "simultaneous")),
+    *(("helmert", "two_step"), ("helmert_3d", "two_step")),
+    ("helmert_3d", "simultaneous"),
+]
+
+
+def simulated(kind="affine", seed=11):
+    geometry = replace(PRESETS["demo"].geometry, transformation=kind)
+    return es.simulate_block("demo", seed=seed, geometry=geometry)
+
+
+def exchanged(block, seed=0):
+    """Two control points under each other's name, and their names."""
+    control = block.control_points
+    places = np.flatnonzero(control["role"] == "control")
+    one, other = np.random.default_rng(seed).choice(places, 2, replace=False)
+    names = control["point_id"].to_numpy(dtype=object, copy=True)
+    names[[one, other]] = names[[other, one]]
+    changed = replace(block, control_points=control.assign(point_id=names))
+    return changed, {str(names[one]), str(names[other])}
+
+
+def onto_approximate_points(block, own_m=0.2, seed=3):
+    """The low flight alone onto approximate points: control only checks it."""
+    rng = np.random.default_rng(seed)
+    known = block.truth[["point_id", *PLAN]].copy()
+    known[PLAN] += rng.normal(0.0, own_m / np.sqrt(2.0), (len(known), 2))
+    return replace(
+        block, high_flight=None, approximate_points=known, approximate_m_0_m=own_m
+    )
+
+
+def densified(block, method="two_step"):
+    return es.densify(block, es.Settings(method=method))
+
+
+def true_error(result, block):
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    true = block.truth.set_index("point_id").loc[new.index, PLAN]
+    return float(np.sqrt(np.mean(np.sum((new[PLAN] - true) ** 2, axis=1))))
+
+
+@pytest.mark.parametrize(("kind", "method"), WAYS)
+def test_pair_is_named_and_tells_how_far_points_are_off(kind, method):
+    block, pair = exchanged(simulated(kind))
+    result = densified(block, method)
+    assessment = result.assessment
+    cause = next(found for found in assessment.findings if not found.explained_by)
+    assert cause.code == CODE
+    assert set(cause.names) == pair
+    assert cause.facts["explains"]
+    # metres, of which centimetres are unknown
+    credible = assessment.credible
+    assert credible.value == pytest.approx(true_error(result, block), rel=0.01)
+    assert credible.is_lower_bound
+    assert "exchange two names of control first" in verdict(assessment)
+
+
+def test_points_that_no_control_moves_are_as_good_as_they_are():
+    block, pair = exchanged(onto_approximate_points(simulated()))
+    result = densified(block)
+    good = densified(onto_approximate_points(simulated()))
+    assessment = result.assessment
+    assert set(assessment.findings[0].names) == pair
+    credible = assessment.credible
+    assert credible.value == pytest.approx(good.assessment.credible.value)
+    assert credible.is_lower_bound == good.assessment.credible.is_lower_bound
+    assert true_error(result, block) < 1.3 * credible.value < 0.2
+    assert "exchange two names of control first" in verdict(assessment)
+    # control is beyond the claim by nothing but the pair
+    codes = {found.code for found in assessment.findings if not found.explained_by}
+    assert "control_points_beyond_claim" not in codes
+
+
+def test_pair_is_put_into_words():
+    block, pair = exchanged(simulated())
+    cause = densified(block).assessment.findings[0]
+    said = suggestion_of(cause)
+    assert all(name in str(said) for name in pair)
+    assert "move by" in str(said)
+    assert "Exchange their names" in said.remedy
+
+
+def moved(block, by_name):
+    control = block.control_points.set_index("point_id")
+    for name, shift in by_name.items():
+        control.loc[name, PLAN] = control.loc[name, PLAN] + np.array(shift)
+    return replace(block, control_points=control.reset_index())
+
+
+@pytest.mark.parametrize("n_wrong", [0, 1, 2])
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_other_errors_of_control_are_no_pair(n_wrong, method):
+    block = simulated(seed=12)
+    control = block.control_points
+    names = control.loc[control["role"] == "control", "point_id"].iloc[[2, 9]]
+    shifts = dict(zip(names, [(700.0, -90.0), (40.0, 900.0)], strict=True))
+    wrong = moved(block, dict(list(shifts.items())[:n_wrong]))
+    result = densified(wrong, method)
+    assert result.examination.exchanged_control is None
+    assert CODE not in {found.code for found in result.assessment.findings}
