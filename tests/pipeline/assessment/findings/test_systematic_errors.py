@@ -10,6 +10,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
     ControlPatterns,
 )
+from einschalt.pipeline.assessment.evidence.ground.network_step import smooth_strain
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     CommonCurvature,
     FilmAffinity,
@@ -30,7 +31,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
     if is_suspect is not None:
         control = pd.DataFrame({"is_suspect": [is_suspect]})
         adjusted = SimpleNamespace(control=control)
-    return SimpleNamespace(
+    examined = SimpleNamespace(
         patterns=SystematicPatterns(affinities, strain),
         strain=strain,
         control_patterns=NO_PATTERNS,
@@ -38,6 +39,8 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
         figures=SimpleNamespace(mean_within=mean_total),
         adjustment=adjusted,
     )
+    examined.smooth_strain = smooth_strain(examined)
+    return examined
 
 
 def strain(**changes):

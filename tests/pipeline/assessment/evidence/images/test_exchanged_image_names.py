@@ -8,6 +8,7 @@ import pytest
 from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
+    with_exchanged_names,
 )
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
@@ -100,11 +101,31 @@ def test_a_gross_error_of_one_image_point_is_no_exchange(block):
     assert find_exchanged_image_names(densify(spoilt).examination) == ()
 
 
-def test_an_adjustment_that_is_refused_names_them():
-    """It did not converge, and only the two steps told why."""
+@pytest.fixture(scope="module")
+def with_names_far_apart():
+    """Two names exchanged in a photograph, as one adjustment and two steps see it."""
     clean = simulate_block("demo", seed=7300, geometry=GEOMETRY)
     spoilt = exchanged(clean, "low_flight", "1/2/4", ("1046", "1029"))
-    with pytest.raises(
-        GeometryError, match=r"exchanged in .*: 10\d\d, 10\d\d \(1/2/4\)"
-    ):
-        densify(spoilt, spoilt.settings.updated({"method": "simultaneous"}))
+    return densify(spoilt, spoilt.settings.updated({"method": "simultaneous"}))
+
+
+def test_one_adjustment_is_told_by_the_names_first(with_names_far_apart):
+    """It did not converge before second derivatives were counted."""
+    result = with_names_far_apart
+    assert result.assessment.causes[0] == "exchanged_image_names"
+    head, *_, first = result.summary().splitlines()[:4]
+    assert head.endswith("correct the exchanged names first")
+    assert "1046 and 1029 in photograph 1/2/4" in first
+    both = result.points.merge(result.block.truth, on="point_id", suffixes=("", "_t"))
+    new = both[both["role"] == "new"]
+    off = [new[axis] - new[f"{axis}_t"] for axis in ("easting", "northing")]
+    true = np.sqrt(np.mean(np.hypot(*off) ** 2))
+    assert result.assessment.credible.value == pytest.approx(true, rel=0.2)
+
+
+def test_an_adjustment_that_is_refused_names_them(with_names_far_apart):
+    flights = with_names_far_apart.examination.two_step.solution.flights
+    error = GeometryError("does not converge", expected="models", remedy="Look")
+    told = with_exchanged_names(error, with_names_far_apart.block, flights)
+    assert isinstance(told, GeometryError)
+    assert "1029, 1046 (1/2/4)" in str(told) or "1046, 1029 (1/2/4)" in str(told)
