@@ -329,6 +329,19 @@ def test_steps_that_are_no_numbers_are_no_solution():
         adjust_spatially(replace(observations, xyz=xyz), start)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_model_without_measurements_stays_where_it_is():
+    """All of them may be taken out as wrong; 0 / 0 was told beside the result."""
+    observations, _ = a_block(seed=1)
+    whole, all_models = adjust_spatially(observations), np.arange(9)
+    rows = np.flatnonzero(observations.model != 0)
+    alone = whole.adjusted_anew(observations.of_rows(rows, all_models).observations)
+    of_others = observations.of_models(all_models != 0).observations
+    expected = adjust_spatially(of_others).parameters
+    assert alone.parameters[1:] == pytest.approx(expected, rel=1e-9, abs=1e-6)
+    assert alone.parameters[0] == pytest.approx(whole.parameters[0], abs=1e-6)
+
+
 def with_control_exchanged(observations, apart=1):
     """Two control points under each other's name."""
     control = observations.control.copy()
