@@ -3,11 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from einschalt.pipeline.assessment.evidence.ground.given_region import (
+    KnownPoints,
+    told_region,
+)
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.theory.adjustment.displaced_regions import DisplacedRegion
 
 PLAN = ["easting", "northing"]
 SHIFT = np.array([1.2, 0.9])
@@ -140,3 +146,27 @@ def test_single_wrong_points_are_no_region(seed):
     result = densify(replace(block, control_points=control), Settings())
     assert result.examination.displaced_regions == ()
     assert densify(block, Settings()).examination.displaced_regions == ()
+
+
+@pytest.mark.parametrize(
+    ("n_alike", "n_others", "is_open"), [(3, 3, True), (0, 6, False), (0, 0, False)]
+)
+def test_check_points_count_for_the_part_with_which_they_moved(
+    n_alike, n_others, is_open
+):
+    """5 of 17 control points are few; with 3 of 6 check points nothing tells."""
+    control = pd.DataFrame({"point_id": [f"C{k}" for k in range(17)]})
+    control[PLAN] = np.random.default_rng(1).uniform(0.0, 3000.0, (17, 2))
+    part = DisplacedRegion(np.arange(5), np.array([0.3, 0.0]), 0.03, 1e-9)
+    n = n_alike + n_others
+    check = KnownPoints(
+        np.array([f"K{k}" for k in range(n)], dtype=object),
+        np.arange(n) < n_alike,
+        np.zeros((n, 2)),
+        np.full(n, 0.05),
+    )
+    region = told_region(control, part, 12, check, is_of_control=True, is_decided=False)
+    assert region.may_be_the_others == is_open
+    # known points beside approximate ones are of another kind
+    given = told_region(control, part, 12, check, is_of_control=False, is_decided=False)
+    assert not given.may_be_the_others

@@ -42,7 +42,9 @@ class GivenRegion:
     # control points in it; of a region of control the check points
     control_ids: tuple[str, ...]
     control_is_alike: bool  # whether these are displaced as well
-    n_elsewhere: int  # points of their kind in no region that is displaced
+    # points of their kind in no region that is displaced, and of a region of control
+    # the check points that have not moved with it
+    n_elsewhere: int
     # from the middle of all to its own, over the extent of all: east, north
     direction: tuple[float, float] = (0.0, 0.0)
     is_of_control: bool = False  # whether it is control, and no approximate points
@@ -55,8 +57,13 @@ class GivenRegion:
 
     @property
     def may_be_the_others(self):
-        """Whether nothing tells which part is off: it, or those in no region."""
-        return not self.is_decided and is_large(len(self.point_ids), self.n_elsewhere)
+        """Whether nothing tells which part is off: it, or those in no region.
+
+        Check points that have moved with a part of the control belong to it.
+        """
+        n_inside = len(self.point_ids)
+        n_inside += len(self.control_ids) if self.is_of_control else 0
+        return not self.is_decided and is_large(n_inside, self.n_elsewhere)
 
 
 def is_large(n_inside, n_elsewhere):
@@ -172,6 +179,7 @@ def told_region(known, found, n_elsewhere, others, *, is_of_control, is_decided)
     ``known``: given points; ``others``: KnownPoints beside the region.
     """
     inside = others.picked(others.is_inside)
+    n_of_others = np.count_nonzero(~others.is_inside)
     names, mean = tuple(map(str, inside.point_ids)), np.zeros(2)
     if names:
         mean = inside.misses.mean(axis=0)
@@ -179,7 +187,7 @@ def told_region(known, found, n_elsewhere, others, *, is_of_control, is_decided)
     is_alike = bool(np.sum(mean**2) < np.sum((mean - found.shift) ** 2))
     return GivenRegion(
         **_described(known, found),
-        n_elsewhere=n_elsewhere,
+        n_elsewhere=n_elsewhere + (n_of_others if is_of_control else 0),
         control_ids=names,
         control_is_alike=is_alike,
         is_of_control=is_of_control,
