@@ -163,13 +163,13 @@ def _beside_exchanged_control(examined):
     """
     exchanged, figures = examined.exchanged_control, examined.figures
     rest = exchanged.corrected.credible
-    value = float(np.hypot(rest.value, exchanged.moved))
+    value = float(np.hypot(rest.value, exchanged.moved.plan))
     column = examined.claimed_column
     claimed = figures.mean_total if column == TOTAL else figures.mean_paper
     return replace(
         rest,
         value=value,
-        is_lower_bound=rest.is_lower_bound or exchanged.moved > 0.0,
+        is_lower_bound=rest.is_lower_bound or exchanged.moved.plan > 0.0,
         column=column,
         factor=float(np.nanmax([1.0, value / claimed if claimed > 0.0 else np.nan])),
         reason=Reason.EXCHANGED_CONTROL,

@@ -61,9 +61,9 @@ def credible_heights(examined) -> CredibleHeights | None:
 def _beside_exchanged_control(total, exchanged):
     """The figure with both names put right, and how far that moves heights."""
     rest = exchanged.corrected.credible_heights
-    value = float(np.hypot(rest.value, exchanged.moved_heights))
+    value = float(np.hypot(rest.value, exchanged.moved.height))
     factor = max(1.0, value / total) if total > 0.0 else 1.0
-    is_least = rest.is_lower_bound or exchanged.moved_heights > 0.0
+    is_least = rest.is_lower_bound or exchanged.moved.height > 0.0
     return CredibleHeights(value, is_least, float(factor))
 
 

@@ -25,7 +25,6 @@ from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     with_region_back,
 )
 from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
-from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
 from einschalt.pipeline.assessment.findings.suspects import (
@@ -37,12 +36,7 @@ from einschalt.pipeline.densification.gross_errors import (
     HIGH,
     find_gross_measurements,
 )
-from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.result_tables import LOW
-from einschalt.pipeline.densification.two_steps import (
-    TwoStepSolution,
-    solve_in_two_steps,
-)
 from einschalt.theory.adjustment.multiple_testing import any_significant
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -179,7 +173,7 @@ def _gone_without_control(examined, judges, codes, wrong):
     others = control[~control["point_id"].isin(wrong)]
     block = replace(examined.block, control_points=others)
     try:
-        again = _solved(examined, block, examined.settings)
+        again = examined.computed_again(block)
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not determine the block
         return ()
@@ -201,7 +195,7 @@ def with_other_targets(examined, judges, findings):
         return findings
     try:
         block, flights = others
-        again = _solved(examined, block, examined.settings, flights)
+        again = examined.computed_again(block, flights=flights)
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not hold together
         return findings
@@ -244,7 +238,7 @@ def with_broken_network(examined, judges, findings):
     try:
         region = region_of_step(examined.two_step, step)
         block = with_region_back(examined.block, region)
-        again = _solved(examined, block, examined.settings)
+        again = examined.computed_again(block)
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not hold together
         return findings
@@ -413,19 +407,7 @@ def _snooping(examined):
 
 
 def _solved_without(examined):
-    return _solved(examined, examined.block, _snooping(examined))
-
-
-def _solved(examined, block, settings, flights=None):
-    """Examination of a block that is computed in the same way."""
-    flights = examined.two_step.solution.flights if flights is None else flights
-    is_in_two_steps = isinstance(examined.solution, TwoStepSolution)
-    solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
-    return examine(solve(block, settings, flights, _in_silence))
-
-
-def _in_silence(_stage):
-    """Report nothing: the work is done."""
+    return examined.computed_again(examined.block, _snooping(examined))
 
 
 def _finding(two_step, gross, explained):

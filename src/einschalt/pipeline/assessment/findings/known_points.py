@@ -171,7 +171,7 @@ def exchanged_control(examined):
             "apart": found.apart,
             "rms": found.rms,
             "rms_exchanged": found.rms_exchanged,
-            "moved": found.moved,
+            "moved": found.moved.plan,
         },
     )
 

@@ -192,8 +192,7 @@ def moved_between_ways(adjusted) -> Displacement:
     # regions of the adjustment are those that control follows too
     if two_step.is_put_off and not adjusted.displaced_regions:
         two_step = two_step.corrected
-    apart = apart_from(adjusted.points, two_step.points)
-    apart = _of_new(adjusted, adjusted.points["point_id"], apart)
+    apart = new_points_apart(adjusted, two_step.points)
     s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
     both = (adjusted, two_step)
     plan = s_0 * np.hypot(adjusted.figures.mean_within, _by_what_was_stated(two_step))
@@ -214,6 +213,12 @@ def _by_what_was_stated(two_step):
 def _beyond(found, expected):
     expected = float(np.nan_to_num(expected))
     return float(np.sqrt(max(found**2 - expected**2, 0.0)))
+
+
+def new_points_apart(examined, others) -> Displacement:
+    """How far the new points lie from where other points of their names do."""
+    points = examined.points
+    return _of_new(examined, points["point_id"], apart_from(points, others))
 
 
 def apart_from(points, others):

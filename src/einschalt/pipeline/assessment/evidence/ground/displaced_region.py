@@ -20,7 +20,7 @@ import numpy as np
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.control.exchanged_control import (
-    BesideExchangedControl,
+    find_exchanged_control,
 )
 from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
     scan_control,
@@ -86,7 +86,7 @@ class GivenScan:
 NO_MORE_REGIONS = {"region_scan": GivenScan(), "control_regions": ()}
 
 
-class BesideDisplacedRegion(BesideExchangedControl):
+class BesideDisplacedRegion:
     """What can be asked of an examination about given points that are wrong.
 
     Regions are looked for without the single points that are wrong.
@@ -95,6 +95,18 @@ class BesideDisplacedRegion(BesideExchangedControl):
     is_with_regions_back = False
     network_step = cached_property(network_step)
     smooth_strain = cached_property(smooth_strain)
+    exchanged_control = cached_property(find_exchanged_control)
+
+    def computed_again(self, block, settings=None, flights=None):
+        """Examination of a block that is computed in the same way, in silence.
+
+        With the settings and the orientations of this one, unless others are given.
+        """
+        is_in_two_steps = isinstance(self.solution, TwoStepSolution)
+        solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
+        settings = self.solution.settings if settings is None else settings
+        flights = self.two_step.solution.flights if flights is None else flights
+        return type(self)(solve(block, settings, flights, _in_silence))
 
     @cached_property
     def _wrong_points(self):
@@ -119,11 +131,7 @@ class BesideDisplacedRegion(BesideExchangedControl):
 
     def _examined_without(self, block):
         """Examination of two steps of a block without some points."""
-        solution = self.solution
-        again = solve_in_two_steps(
-            block, solution.settings, solution.flights, _in_silence
-        )
-        again = type(self)(again)
+        again = self.computed_again(block)
         vars(again)["_wrong_points"] = (), None  # they are looked for
         if self.is_with_regions_back:  # and so are these
             vars(again).update(NO_MORE_REGIONS, is_with_regions_back=True)
@@ -190,16 +198,12 @@ class BesideDisplacedRegion(BesideExchangedControl):
         Without regions None.
         """
         _, without = self._wrong_points
-        solution = self.solution if without is None else without.solution
         if not self.displaced_regions:
             return None
-        is_in_two_steps = isinstance(solution, TwoStepSolution)
-        solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
-        block = solution.block
+        block = (self if without is None else without).solution.block
         for region in self.two_step.displaced_regions:
             block = with_region_back(block, region)
-        flights = self.two_step.solution.flights
-        again = type(self)(solve(block, solution.settings, flights, _in_silence))
+        again = self.computed_again(block)
         vars(again.two_step).update(NO_MORE_REGIONS, is_with_regions_back=True)
         return again
 
