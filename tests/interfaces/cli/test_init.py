@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -14,12 +15,17 @@ from typer.testing import CliRunner
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.cli.work import init as work
 from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.block_writing import write_block
+from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
-from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.interfaces.programs.block_tables import read_block
+from einschalt.interfaces.programs.recognised import read_foreign
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 FLIGHTS = ("high_flight.csv", "low_flight.csv")
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
+PITCH_UM, SIDE = 12.0, 20_000
 KNOWN = ("--high-m-g-um", "7.5", "--low-m-g-um", "5", "--control-error-m", "0.03")
 
 
@@ -229,6 +235,73 @@ def test_init_writes_the_schema_beside(invoke, tmp_path):
     text = (tmp_path / "b" / "block.toml").read_text(encoding="utf-8")
     assert text.startswith("#:schema block.schema.json\n")
     assert json.loads((tmp_path / "b" / "block.schema.json").read_text())["properties"]
+
+
+@pytest.fixture(scope="module")
+def of_images(tmp_path_factory):
+    """Files of a block of photographs in pixels, with a camera of OpenSfM."""
+    folder = tmp_path_factory.mktemp("images")
+    geometry = replace(PRESETS["demo"].geometry, measurement="images")
+    block = simulate_block("demo", seed=3, geometry=geometry)
+    write_block(block, folder / "mm")
+    distance = block.low_flight.principal_distance_mm
+    assert distance == block.high_flight.principal_distance_mm
+    kinds = {"projection_type": "perspective", "k1": -0.01, "k2": 0.0}
+    focal = distance / PITCH_UM * 1e3 / SIDE
+    models = {"c": {**kinds, "width": SIDE, "height": SIDE, "focal": focal}}
+    (folder / "camera_models.json").write_text(json.dumps(models))
+    camera = read_foreign(folder / "camera_models.json").cameras["c"]
+    camera = camera_of({**camera, "pixel_size_um": PITCH_UM})
+    for path in (folder / "mm").glob("*.csv"):
+        table = pd.read_csv(path, dtype={"point_id": str})
+        if {"image_id", "x"} <= set(table):
+            table[["x", "y"]] = camera.measured_from_xy(table[["x", "y"]].to_numpy())
+        table.to_csv(folder / path.name, index=False)
+    return folder
+
+
+def test_a_camera_without_the_size_of_a_pixel_is_asked_for_it(
+    invoke, of_images, tmp_path
+):
+    files = [p for p in sorted(of_images.iterdir()) if p.is_file()]
+    given = ("--from", *files, "--yes")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    assert "--pixel-size-um" in shown.stderr
+    shown = invoke("init", tmp_path / "b", *given, "--pixel-size-um", str(PITCH_UM))
+    assert shown.exit_code == 0, shown.output
+    # photographs of 1:8000 and 1:15000, tilted and over hills
+    assert "images against the ground: 1:8063" in shown.stdout
+    assert "images against the ground: 1:15165" in shown.stdout
+    block, whole = read_block(tmp_path / "b"), read_block(of_images / "mm")
+    assert block.high_flight.camera.given["pixel_size_um"] == PITCH_UM
+    assert not find_problems(tmp_path / "b").problems
+    for flight in ("high_flight", "low_flight"):
+        own, expected = (getattr(b, flight).image_points for b in (block, whole))
+        camera = getattr(block, flight).camera
+        xy = camera.xy_from_measured(own[["x", "y"]].to_numpy())
+        np.testing.assert_allclose(xy, expected[["x", "y"]], atol=1e-9)
+
+
+def test_the_size_of_a_pixel_is_refused_where_no_camera_lacks_it(
+    invoke, export, tmp_path
+):
+    given = (*files_of(export), "--yes", "--pixel-size-um", "12")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    assert "is of no camera that these files hold" in shown.stderr
+    given = (*files_of(export), "--yes", "--pixel-size-um", "-1")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert "expected a number above 0, at most 1000" in shown.stderr
+
+
+def test_two_cameras_are_not_chosen_between_in_silence(invoke, of_images, tmp_path):
+    shutil.copy(of_images / "camera_models.json", tmp_path / "cameras.json")
+    files = [p for p in sorted(of_images.iterdir()) if p.is_file()]
+    given = ("--from", *files, tmp_path / "cameras.json", "--yes")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    assert "camera_models.json, cameras.json hold a camera each" in shown.stderr
 
 
 def test_a_sheet_or_a_layer_can_be_named_behind_its_file(invoke, export, tmp_path):

@@ -151,6 +151,13 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
     xy = markers.measurements[["x", "y"]].to_numpy(float)
     np.testing.assert_allclose(xy, [[1999.5 - 1000.0, 1499.5 + 500.0]])
     assert "height" not in markers.control_points()
+    # OpenSfM could not orient b.jpg, where the point was measured as well
+    point["observations"].append({**seen, "shot_id": "b.jpg"})
+    written(tmp_path, file.name, json.dumps({"points": [point]}))
+    found = read_opensfm(file)
+    pd.testing.assert_frame_equal(found.measurements, markers.measurements)
+    said = "1 image that no reconstruction has, left out: b.jpg"
+    assert found.notes == (f"ground_control_points.json: {said}",)
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,15 @@ def test_places_become_pixels(tmp_path, row, expected):
     assert not found.notes
 
 
+def test_images_that_no_reconstruction_has_are_left_out_and_named(tmp_path):
+    text = HEADS[V1] + V1.replace("a.jpg", "c.jpg") + V1 + V1.replace("a.jpg", "d.jpg")
+    found = read_foreign(written(tmp_path, text))
+    assert found.tables["image_points"]["image_id"].tolist() == ["a.jpg"]
+    assert found.notes == (
+        "tracks.csv: 2 images that no reconstruction has, left out: c.jpg, d.jpg",
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

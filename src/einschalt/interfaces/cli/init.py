@@ -64,6 +64,9 @@ def init(
     principal_distance_mm: _asked(
         float, "Principal distance of flights with image points [mm]."
     ) = None,
+    pixel_size_um: _asked(
+        float, "Size of a pixel of flights with image points [µm]."
+    ) = None,
     control_error_m: _asked(
         float, "TOTAL standard error of the control points [m]."
     ) = None,

@@ -33,7 +33,7 @@ from einschalt.interfaces.files.input_files import (
 from einschalt.interfaces.files.opensfm_images import (
     image_sizes,
     json_of,
-    require_sizes,
+    unsized,
 )
 
 WGS_84 = "EPSG:4326"
@@ -184,7 +184,7 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
     source = source or Path(path).name
     given = json_of(path, source)
     sizes = image_sizes(beside or companions(path))
-    points, rows, unknown = [], [], set()
+    points, rows = [], []
     try:
         for one in given["points"]:
             name, position = str(one["id"]), one.get("position")
@@ -193,15 +193,15 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
                 points.append((name, *place, position.get("altitude"), "control"))
             for seen in one.get("observations", ()):
                 image, (x, y) = str(seen["shot_id"]), seen["projection"]
-                wide, high = sizes.get(image, (np.nan, np.nan))
-                unknown |= set() if image in sizes else {image}
+                wide, high = sizes.get(image, (1.0, 1.0))  # left out below
                 side = max(wide, high)
                 pixels = x * side + (wide - 1) / 2, y * side + (high - 1) / 2
                 rows.append((image, name, *pixels))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise damaged(source, "holds no points as OpenSfM writes them") from error
-    require_sizes(unknown, {}, source)
-    return markers_of(points, rows, WGS_84, [], source)
+    unknown, notes = unsized([row[0] for row in rows], sizes, source)
+    rows = [row for row in rows if row[0] not in unknown]
+    return markers_of(points, rows, WGS_84, notes, source)
 
 
 def markers_of(points, rows, crs, notes, source, lines=None) -> Markers:

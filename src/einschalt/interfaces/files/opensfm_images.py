@@ -4,10 +4,13 @@ import math
 from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError
+from einschalt.foundations.errors import FileError, name_some
+from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
+
+MOST_NAMED = 4
 
 
 def json_of(path, source):
@@ -24,16 +27,26 @@ def json_of(path, source):
         ) from error
 
 
-def require_sizes(images, sizes, source):
-    """Refuse images whose size no reconstruction has."""
+def unsized(images, sizes, source):
+    """Images whose size no reconstruction has, and notes on them.
+
+    OpenSfM leaves images out of a reconstruction that it could not orient. A FileError
+    where it has none of them: then it is another one, or is missing.
+    """
     unknown = set(images) - set(sizes)
-    if unknown:
+    if not unknown:
+        return unknown, ()
+    if len(unknown) == len(set(images)):
         raise FileError(
             f"the size of image {min(unknown)} is unknown",
-            expected="reconstruction.json beside it, with the cameras of all images",
+            expected="reconstruction.json beside it, with the cameras of its images",
             remedy="Copy it from the project",
             file=source,
         )
+    said = kept("{n:image|images}", n=len(unknown))
+    named = name_some(sorted(unknown), MOST_NAMED)
+    note = f"{source}: {said} that no reconstruction has, left out: {named}"
+    return unknown, (note,)
 
 
 def image_sizes(files):

@@ -8,6 +8,7 @@ import tomli_w
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES
+from einschalt.interfaces.new_block.proposal import PITCH, lacks_pitch
 
 HEAD = mark(
     "# A block of einschalt. What is behind a # is a comment: why a value is what it "
@@ -24,6 +25,7 @@ MORE = mark_each(
         "# affine, helmert, rigid or helmert_3d\n",
     }
 )
+WITH_PITCH = mark("# of {file}, which does not say how large a pixel is")
 TEMPLATE = mark("""\
 # A block of einschalt: this file and the tables that it names, all in one folder.
 # Lines that begin with # are examples. `einschalt check FOLDER` says what is wrong.
@@ -96,7 +98,7 @@ def _key(name, value, comment=""):
 def _values(proposal, section):
     lines = []
     for (own, key), guess in proposal.values.items():
-        if own != section:
+        if own != section or key == PITCH:  # which stands in its camera
             continue
         if guess is None:
             lines.append(f"# {key} = …")
@@ -114,6 +116,11 @@ def _tables(proposal, section, folder):
         if own != section:
             continue
         file = _relative(table.path, folder)
+        if key == "camera" and lacks_pitch(table):
+            pitch = proposal.values[section, PITCH].value
+            lines.append(translated(WITH_PITCH, file=file))
+            lines.append(_inline(key, {**table.camera, PITCH: float(pitch)}))
+            continue
         said = {
             "sheet": table.said.sheet,
             "layer": table.said.layer,

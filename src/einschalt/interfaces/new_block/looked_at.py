@@ -77,6 +77,7 @@ class Looked:
     crs: str | None = None  # that the file states
     left_out: tuple[str, ...] = ()  # columns that are no part of the table
     unit: str | None = None  # of its model or image coordinates, if the header has it
+    camera: dict | None = None  # keys of a camera, if there is only one
 
     @property
     def title(self):
@@ -181,7 +182,11 @@ def _foreign(file, said):
         if len(table.frame):
             found.append(_looked(file, kind, table, own))
     if foreign.cameras:
-        found.append(Looked(file.path, "camera", pd.DataFrame(), own))
+        is_only = len(foreign.cameras) + len(foreign.unusable) == 1
+        keys = next(iter(foreign.cameras.values())) if is_only else None
+        camera = Looked(file.path, "camera", pd.DataFrame(), own, camera=keys)
+        # what was said of the file is said of its tables already
+        found.append(camera if found else replace(camera, notes=foreign.notes))
     if not found:
         held = name_some(name.replace("_", " ") for name in foreign.tables)
         raise FileError(
@@ -211,8 +216,11 @@ def _camera(file, said):
         keys = tomllib.loads(file.data.decode("utf-8-sig"))
     except ValueError:
         keys = {}
-    if "convention" in keys or "convention" in keys.get("camera", {}):
-        return [Looked(file.path, "camera", pd.DataFrame(), said)]
+    nested = keys.get("camera")
+    keys = nested if isinstance(nested, dict) else keys
+    if "convention" in keys:
+        # what it lacks is told where it is read: it is the user's own
+        return [Looked(file.path, "camera", pd.DataFrame(), said, camera=keys)]
     raise FileError(
         "is no camera", remedy="Name tables and camera.toml", file=file.source
     )

@@ -53,6 +53,13 @@ DISTANCE_QUESTIONS = mark_each(
         "low_flight": "Principal distance [mm] of the low flight",
     }
 )
+PITCH_QUESTIONS = mark_each(
+    {
+        "high_flight": "Size of a pixel [um] of the high flight",
+        "low_flight": "Size of a pixel [um] of the low flight",
+    }
+)
+PITCH = "pixel_size_um"
 M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}  # Kovarik's, of one machine setting
 
 
@@ -96,8 +103,9 @@ def propose(found, given) -> Proposal:
     proposal.left_out = left_out
     known = ground.get("control_points", ground.get("approximate_points"))
     units, scales = {}, {}
+    pitch = next((said for (_, key), said in given.items() if key == PITCH), None)
     for tables in flights:
-        units[id(tables)], scales[id(tables)] = _sizes(tables, known)
+        units[id(tables)], scales[id(tables)] = _sizes(tables, known, pitch)
     _require_metres(known, scales.values())
     named = _named(flights, scales)
     for name, tables in named.items():
@@ -218,9 +226,9 @@ def _flights(found, has_approximate):
     images = [one for one in flights if "image_points" in one]
     for one in of_kind.get("models", []):
         _join(images, "image_points", "image_id", one, "models", "left_image")
-    for one in of_kind.get("camera", []):
-        for flight in images:
-            flight["camera"] = one
+    camera = _camera_of(of_kind.get("camera", []), found)
+    for flight in images if camera is not None else []:
+        flight["camera"] = camera
     most = 2 - has_approximate
     if not flights or len(flights) > 2:
         raise SettingsError(
@@ -238,6 +246,23 @@ def _flights(found, has_approximate):
             "points with a name such as approximate_points.csv",
         )
     return flights
+
+
+def _camera_of(cameras, found):
+    """The camera of the flights: that of a file of its own goes before others.
+
+    Projects hold the camera with which they began, and export the adjusted one alone.
+    """
+    paths = [one.path for one in found]
+    alone = [one for one in cameras if paths.count(one.path) == 1]
+    cameras = alone or cameras
+    if len(cameras) > 1:
+        raise SettingsError(
+            f"{name_some(one.title for one in cameras)} hold a camera each",
+            expected="the camera of the image points",
+            remedy="Name that one after --from, and leave the others out",
+        )
+    return next(iter(cameras), None)
 
 
 def _join(flights, key, name, table, kind, own=None):
@@ -264,19 +289,31 @@ def _flight_of(tables):
     return None
 
 
-def _sizes(tables, known):
-    """Unit and scale number of a flight, guesses both; a scale may be None."""
+def _sizes(tables, known, pitch):
+    """Unit and scale number of a flight, guesses both; a scale may be None.
+
+    ``pitch``: size of a pixel as the user says it [µm], or None.
+    """
     if "image_points" in tables:
         unit = Guess("mm", "image coordinates")
         table, key = tables["image_points"], "image_id"
         if "camera" in tables:
-            return unit, None  # pixels
+            return unit, _scale_of_pixels(table, tables["camera"], known, pitch)
     else:
         table, key = tables["model_points"], "model_id"
         unit = unit_of(table.frame)
         if table.unit is not None:
             unit = Guess(table.unit, f"the header of {table.title} says so")
     return unit, scale_of(table.frame, on_a_plane(known.frame), unit.value, key)
+
+
+def _scale_of_pixels(table, camera, known, pitch):
+    """Scale number of image points in pixels; None where their size is unknown."""
+    pitch = (camera.camera or {}).get(PITCH, pitch)
+    if not isinstance(pitch, (int, float)) or not pitch > 0.0:
+        return None
+    frame = table.frame.assign(x=table.frame["x"] * pitch, y=table.frame["y"] * pitch)
+    return scale_of(frame, on_a_plane(known.frame), "um", "image_id")
 
 
 def _named(flights, scales):
@@ -336,10 +373,18 @@ def _questions(proposal, named):
         if "image_points" in tables and "camera" not in tables:
             text = DISTANCE_QUESTIONS[name]
             asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
+        if lacks_pitch(tables.get("camera")):
+            asked[PITCH] = ("--pixel-size-um", PITCH_QUESTIONS[name], None)
         for key, (option, text, suggested) in asked.items():
             if proposal.values.get((name, key)) is None:
                 questions.append(Question(name, key, option, text, suggested))
     return questions
+
+
+def lacks_pitch(table):
+    """Whether a table is a camera that does not say how large a pixel is."""
+    keys = None if table is None else table.camera
+    return keys is not None and keys["convention"] != "mm" and PITCH not in keys
 
 
 def answered(proposal, question, value, reason):

@@ -21,6 +21,7 @@ from einschalt.interfaces.programs.foreign import (
     numbers_of,
     orientations,
 )
+from einschalt.interfaces.programs.pixel_cameras import corner_keys, without_pitch
 
 FILES = ("cameras.txt", "images.txt", "points3D.txt")
 COUNT = re.compile(r"#\s*Number of (\w+):\s*(\d+)")
@@ -40,6 +41,16 @@ PARAMETERS = {
     "RADIAL_FISHEYE": 5,
     "THIN_PRISM_FISHEYE": 12,
 }
+# places of fx, fy, cx, cy among the parameters, and of k1, k2, p1, p2, k3
+FRAMES = {
+    "SIMPLE_PINHOLE": ((0, 0, 1, 2), ()),
+    "PINHOLE": ((0, 1, 2, 3), ()),
+    "SIMPLE_RADIAL": ((0, 0, 1, 2), (3,)),
+    "RADIAL": ((0, 0, 1, 2), (3, 4)),
+    "OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7)),
+    "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8)),
+}
+RATIONAL = slice(9, 12)  # k4 to k6 of FULL_OPENCV, of no camera of the project
 # the camera of photogrammetry looks along -z with y up, that of COLMAP along z
 TURNED = np.diag([1.0, -1.0, -1.0])
 
@@ -57,10 +68,33 @@ def read_model(folder) -> Foreign:
     cameras = _cameras(*parts["cameras.txt"])
     oriented, measured, notes = _images(*parts["images.txt"], set(cameras["camera"]))
     tables = {"cameras": cameras, "orientations": oriented, "image_points": measured}
+    keys, unusable = _keys(cameras)
+    notes += list(unusable.values()) + without_pitch(keys, "cameras.txt")
     if "points3D.txt" in parts:
         tables["object_points"] = _points(*parts["points3D.txt"])
     notes.append("coordinates of COLMAP's own model, pixels from its corner")
-    return Foreign(tables, None, tuple(notes))
+    return Foreign(tables, None, tuple(notes), keys, unusable)
+
+
+def _keys(cameras):
+    """Keys of camera.toml by camera; what keeps others from being used."""
+    keys, unusable = {}, {}
+    columns = ("camera", "model", "width", "height", "parameters")
+    for name, model, width, height, said in cameras[list(columns)].itertuples(
+        index=False
+    ):
+        values = [float(word) for word in said.split()]
+        if model not in FRAMES or any(values[RATIONAL]):
+            unusable[name] = (
+                f"cameras.txt: camera {name} is of the model {model}, its calibration "
+                "is left out"
+            )
+            continue
+        inner, outer = FRAMES[model]
+        fx, fy, cx, cy = (values[k] for k in inner)
+        distortion = [values[k] for k in outer]
+        keys[name] = corner_keys(fx, fy, cx, cy, (width, height), distortion)
+    return keys, unusable
 
 
 def _lines(file):

@@ -16,7 +16,7 @@ from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import OPENSFM_TRACKS, reconstructions
-from einschalt.interfaces.files.opensfm_images import image_sizes, require_sizes
+from einschalt.interfaces.files.opensfm_images import image_sizes, unsized
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import Foreign
 
@@ -56,7 +56,8 @@ def read_tracks(file) -> Foreign:
     _refuse_rows(bad, data, expected, file.source)
     if not table.num_rows:
         raise nothing
-    return Foreign({"image_points": _in_pixels(table, places, file)})
+    points, notes = _in_pixels(table, places, file)
+    return Foreign({"image_points": points}, None, notes)
 
 
 def _parted(lines, n_columns):
@@ -133,12 +134,16 @@ def _refuse_rows(rows, data, expected, source):
 
 
 def _in_pixels(table, places, file):
-    """Image points, by the sizes of the images beside the tracks."""
+    """Image points, by the sizes of the images beside the tracks, and notes."""
     images = table[IMAGE].combine_chunks().dictionary_encode()
     names = images.dictionary.to_pylist()
     sizes = image_sizes(reconstructions(file.path))
-    require_sizes(names, sizes, file.source)
-    sides = np.array([sizes[name] for name in names])[images.indices.to_numpy()]
+    unknown, notes = unsized(names, sizes, file.source)
+    of_names = np.array([sizes.get(name, (np.nan, np.nan)) for name in names])
+    sides = of_names[images.indices.to_numpy()]
     pixels = places * sides.max(axis=1)[:, None] + (sides - 1.0) / 2.0
     points = pa.table([table[IMAGE], table[TRACK]], names=["image_id", "point_id"])
-    return points.to_pandas().assign(x=pixels[:, 0], y=pixels[:, 1])
+    points = points.to_pandas().assign(x=pixels[:, 0], y=pixels[:, 1])
+    if unknown:
+        points = points[np.isfinite(sides[:, 0])].reset_index(drop=True)
+    return points, notes

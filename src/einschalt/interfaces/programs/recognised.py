@@ -30,9 +30,12 @@ from einschalt.interfaces.programs import (
     metashape_cameras,
     metashape_reference,
     micmac,
+    opensfm_cameras,
     opensfm_tracks,
     pat_b,
     photomodeler,
+    pix4d,
+    pix4d_cameras,
     sinex,
 )
 from einschalt.interfaces.programs.foreign import Foreign
@@ -56,7 +59,7 @@ class Format:
 
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
-CLOSED = (".vrt", ".tif", ".dxf", ".snx")  # their end can be told
+CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d")  # their end can be told
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
@@ -98,6 +101,21 @@ FORMATS = (
         opensfm_tracks.read_tracks,
         TEXT,
         opensfm_tracks.is_tracks,
+    ),
+    Format(
+        "opensfm-cameras",
+        "cameras of OpenSfM, ODM",
+        opensfm_cameras.read_cameras,
+        (".json",),
+        opensfm_cameras.is_cameras,
+    ),
+    Format("pix4d", "Pix4Dmapper", pix4d.read_project, (".p4d",), pix4d.is_project),
+    Format(
+        "pix4d-cameras",
+        "cameras of Pix4Dmapper",
+        pix4d_cameras.read_parameters,
+        (".txt",),
+        pix4d_cameras.is_parameters,
     ),
     Format("dxf", "DXF", drawing.read_dxf, (".dxf",)),
     Format("sinex", "SINEX", sinex.read_sinex, (".snx",)),

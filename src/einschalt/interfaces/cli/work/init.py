@@ -33,7 +33,12 @@ from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
-from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.new_block.proposal import (
+    PITCH,
+    answered,
+    lacks_pitch,
+    propose,
+)
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 from einschalt.pipeline.block.facts import RANGES
@@ -46,6 +51,8 @@ PLACES = {
     "low_m_g_um": ("low_flight", "m_g_um"),
     "control_error_m": ("control_points", "standard_error_m"),
 }
+OF_IMAGES = ("principal_distance_mm", PITCH)  # options of all flights with images
+LARGEST_PITCH_UM = 1000.0
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
     **COMMAS_ANSWERED,
@@ -94,7 +101,7 @@ def init(
 def _impossible(options):
     """Numbers that no block can have, told before anything is read or written."""
     keys = {name: key for name, (_, key) in PLACES.items() if key != "crs"}
-    keys["principal_distance_mm"] = "principal_distance_mm"
+    keys |= {name: name for name in OF_IMAGES}
     found = {name: _fault(key, options[name]) for name, key in keys.items()}
     return [
         SettingsError(f"{option_of(name)} = {options[name]:g}", expected=expected)
@@ -107,6 +114,9 @@ def _fault(key, value):
     """What is expected of the number of a key; empty where the number is possible."""
     if key in RANGES:
         return "" if value in RANGES[key] else str(RANGES[key])
+    if key == PITCH:
+        is_possible = value is not None and 0.0 < value <= LARGEST_PITCH_UM
+        return "" if is_possible else f"a number above 0, at most {LARGEST_PITCH_UM:g}"
     is_possible = value is not None and 0.0 < value <= LARGEST_CONTROL_ERROR
     return "" if is_possible else "a number above 0, at most 10 metres"
 
@@ -167,10 +177,19 @@ def _look(files, folder, said):
 def _given(options, proposal):
     """Values that options say, by section and key."""
     given = {PLACES[n]: v for n, v in options.items() if n in PLACES and v is not None}
-    distance = options["principal_distance_mm"]
+    distance, pitch = (options[key] for key in OF_IMAGES)
     if distance is not None:
         sections = {name for name, key in proposal.tables if key == "image_points"}
         given |= {(name, "principal_distance_mm"): distance for name in sections}
+    if pitch is not None:
+        lacking = {s for (s, _), table in proposal.tables.items() if lacks_pitch(table)}
+        given |= {(name, PITCH): pitch for name in lacking}
+        if not lacking:
+            raise SettingsError(
+                f"--pixel-size-um = {pitch:g} is of no camera that these files hold",
+                expected="a camera whose file does not say how large a pixel is",
+                remedy="Leave it out, or name the camera after --from",
+            )
     known = {section for section, _ in proposal.tables} | {"block"}
     unknown = [section for section, _ in given if section not in known]
     if unknown:
