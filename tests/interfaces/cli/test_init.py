@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,10 +22,13 @@ from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
 from einschalt.interfaces.programs.block_tables import read_block
 from einschalt.interfaces.programs.recognised import read_foreign
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 FLIGHTS = ("high_flight.csv", "low_flight.csv")
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
+EXAMPLES = Path(__file__).parents[3] / "data_examples"
 PITCH_UM, SIDE = 12.0, 20_000
 KNOWN = ("--high-m-g-um", "7.5", "--low-m-g-um", "5", "--control-error-m", "0.03")
 
@@ -559,3 +563,47 @@ def test_scales_are_those_of_the_points_in_one_system(invoke, tmp_path):
     assert "[high_flight] scale_number = 15000" in output
     assert "is given as LV03" in output
     assert "expected 100 to" not in output
+
+
+def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    given = ("--from", source / "control_points.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392", "--low-m-g-um", "10")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 0, shown.output
+    assert "chosen: each photograph with its best partners" in shown.stdout
+    block = read_block(tmp_path / "b")
+    # the check points are no part of what models are laid on
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    known = control.loc[control["role"] == "control", "point_id"]
+    assert sorted(block.approximate_points["point_id"]) == sorted(known)
+    assert block.low_flight.transformation == "helmert_3d"
+    result = densify(block, Settings(method="simultaneous"))
+    found = result.solution.points.set_index("point_id")
+    bundle = pd.read_csv(source / "published_bundle.csv", dtype={"point_id": str})
+    bundle = bundle[bundle["role"] == "check"].set_index("point_id")
+    names = ["easting", "northing"]
+    away = (found.loc[bundle.index, names] - bundle[names]).to_numpy()
+    assert np.hypot(*away.T).max() < 0.06
+    again = invoke("init", tmp_path / "b", *given)
+    assert again.exit_code == 2
+    (tmp_path / "b" / "block.toml").unlink()
+    again = invoke("init", tmp_path / "b", *given)
+    assert "is there already" in again.stderr
+    assert not (tmp_path / "b" / "block.toml").exists()
+
+
+def test_models_are_asked_for_where_no_pair_of_photographs_makes_one(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    points = pd.read_csv(source / "image_points.csv", dtype=str)
+    points = (
+        points[points["image_id"].isin(("8936", "9111"))].groupby("image_id").head(5)
+    )
+    points.to_csv(tmp_path / "image_points.csv", index=False)
+    given = ("--from", source / "control_points.csv", tmp_path / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392", "--low-scale", "14400")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code != 0
+    said = "two photographs have 0 points in common at most: a model needs 8, and a"
+    assert said in shown.stdout
+    assert "models is missing" in shown.output

@@ -8,7 +8,7 @@ import tomli_w
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES
-from einschalt.interfaces.new_block.proposal import PITCH, lacks_pitch
+from einschalt.interfaces.new_block.looked_at import PITCH
 
 HEAD = mark(
     "# A block of einschalt. What is behind a # is a comment: why a value is what it "
@@ -25,6 +25,7 @@ MORE = mark_each(
         "# affine, helmert, rigid or helmert_3d\n",
     }
 )
+SHOWN = {"approximate_points": "m_0_m", "flight": "transformation"}  # in MORE
 WITH_PITCH = mark("# of {file}, which does not say how large a pixel is")
 TEMPLATE = mark("""\
 # A block of einschalt: this file and the tables that it names, all in one folder.
@@ -85,9 +86,15 @@ def block_text(proposal, folder, name):
             lines.append(_key("name", name))
         lines += _values(proposal, section)
         lines += _tables(proposal, section, folder)
-        kind = "flight" if section.endswith("flight") else section
-        lines.append(translated(MORE[kind]) if kind in MORE else "")
+        lines.append(_more(proposal, section))
     return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _more(proposal, section):
+    """What else could stand in a section, unless it stands there."""
+    kind = "flight" if section.endswith("flight") else section
+    stands = (section, SHOWN.get(kind)) in proposal.values
+    return translated(MORE[kind]) if kind in MORE and not stands else ""
 
 
 def _key(name, value, comment=""):
@@ -116,7 +123,7 @@ def _tables(proposal, section, folder):
         if own != section:
             continue
         file = _relative(table.path, folder)
-        if key == "camera" and lacks_pitch(table):
+        if key == "camera" and table.lacks_pitch:
             pitch = proposal.values[section, PITCH].value
             lines.append(translated(WITH_PITCH, file=file))
             lines.append(_inline(key, {**table.camera, PITCH: float(pitch)}))

@@ -44,6 +44,7 @@ KINDS = {
     "ground": tables.CONTROL_POINTS,
 }
 MOST_HEADINGS = 8
+PITCH = "pixel_size_um"
 NO_POINTS = re.compile("Line|Curve|Polygon|Surface")  # kinds of geometry
 WORDS = mark_each(
     {
@@ -84,6 +85,12 @@ class Looked:
         """Name of the file, and of its sheet or layer."""
         part = self.said.sheet or self.said.layer
         return f"{self.path.name}, {part}" if part else self.path.name
+
+    @property
+    def lacks_pitch(self):
+        """Whether it is a camera that does not say how large a pixel is."""
+        keys = self.camera
+        return keys is not None and keys["convention"] != "mm" and PITCH not in keys
 
     @property
     def description(self):

@@ -15,6 +15,7 @@ from einschalt.foundations.language import mark_each
 from einschalt.foundations.names import is_among
 from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.interfaces.new_block.guesses import (
+    FLIGHTS,
     Guess,
     flight_named,
     on_a_plane,
@@ -23,9 +24,10 @@ from einschalt.interfaces.new_block.guesses import (
     systems_of,
     unit_of,
 )
+from einschalt.interfaces.new_block.looked_at import PITCH
+from einschalt.interfaces.new_block.photographs import may_stand_in, transformation_of
 from einschalt.pipeline.block.facts import RANGES
 
-FLIGHTS = ("high_flight", "low_flight")
 USUAL_SCALE_NUMBER = 10_000.0
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
@@ -59,7 +61,6 @@ PITCH_QUESTIONS = mark_each(
         "low_flight": "Size of a pixel [um] of the low flight",
     }
 )
-PITCH = "pixel_size_um"
 M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}  # Kovarik's, of one machine setting
 
 
@@ -98,10 +99,11 @@ def propose(found, given) -> Proposal:
     FileError where the tables make no block.
     """
     ground, left_out = _ground_tables([one for one in found if one.kind == "ground"])
-    flights = _flights(found, "approximate_points" in ground)
+    known = ground.get("control_points", ground.get("approximate_points"))
+    flights = _flights(found)
+    _require_places(flights, ground)
     proposal = Proposal({(name, "file"): one for name, one in ground.items()})
     proposal.left_out = left_out
-    known = ground.get("control_points", ground.get("approximate_points"))
     units, scales = {}, {}
     pitch = next((said for (_, key), said in given.items() if key == PITCH), None)
     for tables in flights:
@@ -114,6 +116,9 @@ def propose(found, given) -> Proposal:
             proposal.values[name, "model_unit"] = units[id(tables)]
         proposal.values[name, "scale_number"] = scales[id(tables)]
     _scale_beside(proposal)
+    in_space = transformation_of(ground, flights)
+    if in_space is not None:
+        proposal.values |= {(name, "transformation"): in_space for name in named}
     if known.crs and "longitude" not in known.frame:
         proposal.values["block", "crs"] = Guess(known.crs, f"{known.title} says so")
     for place, value in given.items():
@@ -212,7 +217,7 @@ def _says(table, words):
     return any(word in table.title.casefold() for word in words)
 
 
-def _flights(found, has_approximate):
+def _flights(found):
     """Tables that belong together, one dict for each flight."""
     of_kind = {}
     for one in found:
@@ -229,7 +234,6 @@ def _flights(found, has_approximate):
     camera = _camera_of(of_kind.get("camera", []), found)
     for flight in images if camera is not None else []:
         flight["camera"] = camera
-    most = 2 - has_approximate
     if not flights or len(flights) > 2:
         raise SettingsError(
             "no files hold measurements of a flight"
@@ -238,14 +242,20 @@ def _flights(found, has_approximate):
             expected="one or two: the high flight and the low flight",
             remedy="Name after --from the model points, or the image points and models",
         )
-    if len(flights) < most:
+    return flights
+
+
+def _require_places(flights, ground):
+    """Refuse a block in which nothing would tell where points lie."""
+    if len(flights) > 1 or "approximate_points" in ground:
+        return
+    if not may_stand_in(ground, flights):
         raise SettingsError(
             f"{next(iter(flights[0].values())).title} holds the only flight",
             expected="a high flight beside it, or approximate points",
             remedy="Name the other flight after --from, or a table of approximate "
             "points with a name such as approximate_points.csv",
         )
-    return flights
 
 
 def _camera_of(cameras, found):
@@ -373,18 +383,12 @@ def _questions(proposal, named):
         if "image_points" in tables and "camera" not in tables:
             text = DISTANCE_QUESTIONS[name]
             asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
-        if lacks_pitch(tables.get("camera")):
+        if "camera" in tables and tables["camera"].lacks_pitch:
             asked[PITCH] = ("--pixel-size-um", PITCH_QUESTIONS[name], None)
         for key, (option, text, suggested) in asked.items():
             if proposal.values.get((name, key)) is None:
                 questions.append(Question(name, key, option, text, suggested))
     return questions
-
-
-def lacks_pitch(table):
-    """Whether a table is a camera that does not say how large a pixel is."""
-    keys = None if table is None else table.camera
-    return keys is not None and keys["convention"] != "mm" and PITCH not in keys
 
 
 def answered(proposal, question, value, reason):

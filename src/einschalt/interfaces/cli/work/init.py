@@ -30,15 +30,12 @@ from einschalt.interfaces.files.block_schema import (
     schema_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
+from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
-from einschalt.interfaces.new_block.looked_at import files_below, look_at
-from einschalt.interfaces.new_block.proposal import (
-    PITCH,
-    answered,
-    lacks_pitch,
-    propose,
-)
+from einschalt.interfaces.new_block.looked_at import PITCH, files_below, look_at
+from einschalt.interfaces.new_block.photographs import completed
+from einschalt.interfaces.new_block.proposal import answered, propose
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 from einschalt.pipeline.block.facts import RANGES
@@ -92,8 +89,17 @@ def init(
     for question in proposal.questions:
         value, reason = _answer(question, yes)
         proposal = answered(proposal, question, value, reason)
+    proposal, written, notes = completed(proposal, folder)
+    for note in notes:
+        print_out(translated("note: {note}", note=retold(note)))
+    _require_free(written)
+    make_folder(folder)
+    for path, table in written.items():
+        write_csv(table, path)
+        report(path)
+    _show_tables(proposal, written)
     text = block_text(proposal, folder, name or Path(folder).resolve().name)
-    write_text(make_folder(folder) / BLOCK_FILE, f"{head}{text}")
+    write_text(folder / BLOCK_FILE, f"{head}{text}")
     _write_schema(folder, schema)
     _check(folder, [note for table in proposal.tables.values() for note in table.notes])
 
@@ -182,7 +188,7 @@ def _given(options, proposal):
         sections = {name for name, key in proposal.tables if key == "image_points"}
         given |= {(name, "principal_distance_mm"): distance for name in sections}
     if pitch is not None:
-        lacking = {s for (s, _), table in proposal.tables.items() if lacks_pitch(table)}
+        lacking = {s for (s, _), one in proposal.tables.items() if one.lacks_pitch}
         given |= {(name, PITCH): pitch for name in lacking}
         if not lacking:
             raise SettingsError(
@@ -201,13 +207,32 @@ def _given(options, proposal):
     return given
 
 
-def _show(proposal):
-    """Say what was found, and why."""
+def _require_free(paths):
+    """Refuse to write over tables of the user."""
+    there = [path for path in paths if os.path.lexists(path)]
+    if there:
+        raise OutputError(
+            "is there already",
+            expected="a folder without it, in which init can write the table",
+            remedy="Name it after --from, move it away, or name another folder",
+            file=there[0],
+        )
+
+
+def _show_tables(proposal, paths=None):
+    """Say what tables there are; of those alone that are written to these paths."""
     for (section, key), table in proposal.tables.items():
+        if paths is not None and table.path not in paths:
+            continue
         place = f"[{section}]" if key == "file" else f"[{section}] {key}"
         print_out(f"{place}: {table.title} ({table.description})")
         for note in table.notes:
             print_out(f"  {retold(note)}")
+
+
+def _show(proposal):
+    """Say what was found, and why."""
+    _show_tables(proposal)
     for (section, key), guess in proposal.values.items():
         if guess is not None:
             value = guess.value if isinstance(guess.value, str) else f"{guess.value:g}"

@@ -1,0 +1,149 @@
+"""What a block of photographs needs beside measurements: models, and where points lie.
+
+Programs measure points in photographs and know nothing of models. Pairs of photographs
+are chosen for them; and where there is no high flight, the models go straight onto the
+control, whose points are then the approximate ones. Both become tables beside
+block.toml, which the user may change.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import EinschaltError, name_some
+from einschalt.foundations.kept_texts import kept
+from einschalt.interfaces.files.camera_toml import camera_of
+from einschalt.interfaces.files.understood_tables import NOTHING_SAID
+from einschalt.interfaces.new_block.guesses import FLIGHTS, Guess
+from einschalt.interfaces.new_block.looked_at import PITCH, Looked
+from einschalt.stages.relative_orientation.model_choice import (
+    LEAST_COMMON,
+    choose_models,
+)
+
+APPROXIMATE, CONTROL = "approximate_points", "control_points"
+PLACE = ["point_id", "easting", "northing", "height"]
+PLAN_ERRORS = ["standard_error_easting", "standard_error_northing"]
+MOST_NAMED = 6
+MODELS_CHOSEN = "chosen: each photograph with its best partners"
+STANDS_IN = "no high flight: the models go straight onto the control"
+
+
+def completed(proposal, folder):
+    """The proposal with tables that are written for it; these by path; notes.
+
+    ``folder``: of block.toml.
+    """
+    proposal = replace(
+        proposal, tables=dict(proposal.tables), values=dict(proposal.values)
+    )
+    written, notes = {}, []
+    for name in FLIGHTS:
+        is_lacking = (name, "models") not in proposal.tables
+        if (name, "image_points") in proposal.tables and is_lacking:
+            notes += _add_models(proposal, name, Path(folder), written)
+    sections = {section for section, _ in proposal.tables}
+    if not sections & {FLIGHTS[0], APPROXIMATE}:
+        _add_stand_in(proposal, Path(folder), written)
+    return proposal, written, notes
+
+
+def _add_models(proposal, name, folder, written):
+    """Add the models of a flight, where its principal distance is known; notes."""
+    measured = _in_millimetres(proposal, name)
+    if measured is None:
+        return []
+    chosen = choose_models(*measured)
+    if not len(chosen.models):
+        title = proposal.tables[name, "image_points"].title
+        note = (
+            f"{title}: two photographs have {chosen.most_common} points in common at "
+            f"most: a model needs {LEAST_COMMON}, and a base"
+        )
+        return [note]
+    notes = [MODELS_CHOSEN]
+    if chosen.alone:
+        said = kept("{n:image|images}", n=len(chosen.alone))
+        notes.append(f"{said} in no model: {name_some(chosen.alone, MOST_NAMED)}")
+    path = folder / f"{name}_models.csv"
+    written[path] = chosen.models
+    looked = Looked(path, "models", chosen.models, NOTHING_SAID, tuple(notes))
+    proposal.tables[name, "models"] = looked
+    return []
+
+
+def _in_millimetres(proposal, name):
+    """Image points [mm] and principal distance [mm]; None where it is not known."""
+    points = proposal.tables[name, "image_points"].frame
+    camera = proposal.tables.get((name, "camera"))
+    if camera is None:
+        distance = proposal.values.get((name, "principal_distance_mm"))
+        return None if distance is None else (points, distance.value)
+    if camera.camera is None:  # one of several in its file: that is told later
+        return None
+    pitch = proposal.values.get((name, PITCH))
+    more = {} if pitch is None else {PITCH: float(pitch.value)}
+    try:
+        made = camera_of({**camera.camera, **more})
+    except EinschaltError:  # what is wrong with the user's own file, check says
+        return None
+    xy = made.xy_from_measured(points[["x", "y"]].to_numpy(dtype=float))
+    is_whole = np.isfinite(xy).all(axis=1)
+    points = points.assign(x=xy[:, 0], y=xy[:, 1])[is_whole]
+    return points, made.principal_distance_mm
+
+
+def _add_stand_in(proposal, folder, written):
+    """Add the control points as approximate ones; check points are kept out."""
+    known = proposal.tables[CONTROL, "file"]
+    frame = known.frame
+    if "role" in frame:
+        frame = frame[frame["role"] == "control"]
+    own = frame[[name for name in PLACE if name in frame]]
+    if "height" in own and own["height"].isna().any():
+        own = own.drop(columns="height")
+    path = folder / f"{APPROXIMATE}.csv"
+    written[path] = own
+    looked = Looked(path, "ground", own, NOTHING_SAID, (STANDS_IN,))
+    proposal.tables[APPROXIMATE, "file"] = looked
+    error = _error_of(frame, proposal.values.get((CONTROL, "standard_error_m")))
+    if error is not None:
+        proposal.values[APPROXIMATE, "m_0_m"] = error
+
+
+def _error_of(frame, said):
+    """TOTAL standard error of the points, RMS where each has one of its own [m]."""
+    if said is not None:
+        return said
+    errors = None
+    if "standard_error_m" in frame:
+        errors = frame["standard_error_m"].to_numpy(dtype=float)
+    elif set(PLAN_ERRORS) <= set(frame):
+        errors = np.hypot(*frame[PLAN_ERRORS].to_numpy(dtype=float).T)
+    if errors is None or not np.isfinite(errors).all() or not len(errors):
+        return None
+    total = float(f"{np.sqrt(np.mean(errors**2)):.3g}")
+    return Guess(total, "RMS of the errors of the control points")
+
+
+def may_stand_in(ground, flights):
+    """Whether control may stand for approximate points: one flight of photographs."""
+    control = ground.get(CONTROL)
+    is_of_images = len(flights) == 1 and "image_points" in flights[0]
+    return is_of_images and control is not None and "easting" in control.frame
+
+
+def transformation_of(tables, flights):
+    """Transformation in space, where all heights for it are there; otherwise None."""
+    ground = [tables[name] for name in (CONTROL, APPROXIMATE) if name in tables]
+    has_heights = all(_has_heights(one.frame) for one in ground)
+    if has_heights and all("image_points" in flight for flight in flights):
+        return Guess("helmert_3d", "models of photographs, and control with heights")
+    return None
+
+
+def _has_heights(frame):
+    given = frame if "role" not in frame else frame[frame["role"] == "control"]
+    return "height" in given and pd.notna(given["height"]).all()
