@@ -604,6 +604,6 @@ def test_models_are_asked_for_where_no_pair_of_photographs_makes_one(invoke, tmp
     given += ("--yes", "--principal-distance-mm", "123.9392", "--low-scale", "14400")
     shown = invoke("init", tmp_path / "b", *given)
     assert shown.exit_code != 0
-    said = "two photographs have 0 points in common at most: a model needs 8, and a"
+    said = "two photographs have 1 point in common at most: a model needs 8, and a"
     assert said in shown.stdout
     assert "models is missing" in shown.output

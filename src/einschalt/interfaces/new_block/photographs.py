@@ -58,9 +58,10 @@ def _add_models(proposal, name, folder, written):
     chosen = choose_models(*measured)
     if not len(chosen.models):
         title = proposal.tables[name, "image_points"].title
+        most = kept("{n:point|points}", n=chosen.most_common)
         note = (
-            f"{title}: two photographs have {chosen.most_common} points in common at "
-            f"most: a model needs {LEAST_COMMON}, and a base"
+            f"{title}: two photographs have {most} in common at most: a model needs "
+            f"{LEAST_COMMON}, and a base"
         )
         return [note]
     notes = [MODELS_CHOSEN]
