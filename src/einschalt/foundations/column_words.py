@@ -234,14 +234,14 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
 def columns_by_place(names, usual, schema, given=None, *, source="") -> Meant:
     """Understand a list of points whose columns have no names.
 
-    ``names`` are made of their positions, ``usual`` has what is no coordinate, and
-    ``given`` goes before it. Two numbers follow the name of the point: which of them is
-    the easting is open.
+    ``names`` are made of their positions, ``usual`` has what is no coordinate on the
+    ground, and ``given`` goes before it. Two numbers follow the name of a ground point:
+    which of them is the easting is open.
     """
     given = given or {}
     taken = {n: said for n, said in usual.items() if said not in given.values()}
     meant = columns_meant(names, schema, taken | given, source=source)
-    if set(PLANE) & set(given):
+    if set(PLANE) & set(given) or not set(PLANE) <= set(schema.names):
         return meant
     places = dict(zip(PLANE, names[1:3], strict=True))
     renamed = {said: name for name, said in places.items()}

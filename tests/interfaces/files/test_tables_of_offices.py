@@ -13,7 +13,12 @@ from einschalt.foundations.errors import (
     TableError,
     raise_problems,
 )
-from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.foundations.tables import (
+    CONTROL_POINTS,
+    IMAGE_POINTS,
+    MODEL_POINTS,
+    check_table,
+)
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
 
@@ -250,6 +255,34 @@ def test_the_minus_of_typesetters_is_one(tmp_path):
         [-13000.25, 5.5]
     ]
     assert not [note for note in table.notes if "thousands" in note]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "D 1.JPG,P1,562.3,2047.5,1\nD 1.JPG,7/8,-1,2,1\n",  # as Pix4D writes marks
+        "P1\tD 1.JPG\t562,3\t2047,5\n7/8\tD 1.JPG\t-1,0\t2,0\n",
+    ],
+)
+def test_a_list_of_marks_without_names_is_told_by_its_images(tmp_path, text):
+    (tmp_path / "m.txt").write_text(text)
+    table = understand_table(tmp_path / "m.txt", IMAGE_POINTS)
+    columns = ["image_id", "point_id", "x", "y"]
+    assert table.frame[columns].astype(
+        {"x": float, "y": float}
+    ).to_numpy().tolist() == [
+        ["D 1.JPG", "P1", 562.3, 2047.5],
+        ["D 1.JPG", "7/8", -1.0, 2.0],
+    ]
+    assert "= image_id" in table.notes[0]
+
+
+@pytest.mark.parametrize("row", ["a.jpg,b.jpg,1.5,2.5", "a,b,1.5,2.5"])
+def test_a_list_in_which_nothing_tells_the_image_is_refused(tmp_path, row):
+    (tmp_path / "m.txt").write_text(f"{row}\n{row.replace('a', 'c')}\n")
+    read = understand_table(tmp_path / "m.txt", IMAGE_POINTS)
+    problems = check_table(read.frame, IMAGE_POINTS, source="m.txt").problems
+    assert any("image_id" in problem.found for problem in problems)
 
 
 def test_a_list_without_names_can_be_answered(tmp_path):

@@ -15,6 +15,7 @@ from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
     is_list_of_points,
     place_of_header,
+    places_of_marks,
     usual_places,
     with_units,
 )
@@ -145,9 +146,12 @@ def _missing(lines, row, separator, schema):
     line = lines[0] if lines else ""
     for sign in [separator] if separator else _separators_of(line):
         cells = _parted(line, sign) if line else []
+        places = places_of_marks(cells, schema)
         if is_list_of_points(cells, schema):
+            places = usual_places(cells, schema)
+        if places is not None:
             names = [f"column {k}" for k in range(1, len(cells) + 1)]
-            usual = {n: names[k] for n, k in usual_places(cells, schema).items()}
+            usual = {name: names[k] for name, k in places.items()}
             return Header(names, sign, row, row - 1, usual)
     return None
 

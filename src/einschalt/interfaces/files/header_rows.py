@@ -15,6 +15,8 @@ UNITS = {*LENGTHS, "°", "deg", "gon", "grad"}
 FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}
 FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
+FEWEST_MARK_CELLS = 4  # of one of image points
+IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2", ".dng", ".bmp")
 
 
 def place_of_header(rows, schema, said):
@@ -88,6 +90,27 @@ def is_list_of_points(cells, schema):
         and bool(cells[0])
         and all(map(is_measure, cells[1:3]))
     )
+
+
+def places_of_marks(cells, schema):
+    """Columns of a list without names of image points: two names, and two numbers.
+
+    Which of the names is that of the image tells its suffix; None where it does not, or
+    where the row is of another list.
+
+    >>> from einschalt.foundations.tables import IMAGE_POINTS
+    >>> places_of_marks(["DJI_1.JPG", "P1", "562.3", "2047.5", "1"], IMAGE_POINTS)
+    {'image_id': 0, 'point_id': 1, 'x': 2, 'y': 3}
+    """
+    is_known = {"image_id", "point_id", "x", "y"} <= set(schema.names)
+    is_one = FEWEST_MARK_CELLS <= len(cells) <= MOST_CELLS and all(cells[:2])
+    if not (is_known and is_one and all(map(is_measure, cells[2:4]))):
+        return None
+    are_images = [cell.casefold().endswith(IMAGE_SUFFIXES) for cell in cells[:2]]
+    if sum(are_images) != 1:
+        return None
+    image = are_images.index(True)
+    return {"image_id": image, "point_id": 1 - image, "x": 2, "y": 3}
 
 
 def usual_places(cells, schema):
