@@ -252,6 +252,26 @@ def test_image_coordinates_in_metres(demo_block):
         replace(demo_block, low_flight=replace(flight, image_points=images))
 
 
+@pytest.mark.parametrize(
+    ("pixels_per_mm", "said"),
+    [
+        (
+            20.0,
+            r"image coordinates up to \d+ with a principal distance of 153; .*milli",
+        ),
+        (40.0, r"widest image extends over \d+ mm; expected 2 to 5000 mm\."),
+    ],
+)
+def test_pixels_without_a_camera(demo_block, pixels_per_mm, said):
+    flight = image_block(demo_block)
+    xy = pixels_per_mm * (100.0 + flight.image_points[["x", "y"]].to_numpy())
+    images = flight.image_points.assign(x=xy[:, 0], y=xy[:, 1])
+    with pytest.raises(
+        ConsistencyError, match=rf"{said}.*Are they pixels\? Name their camera"
+    ):
+        replace(demo_block, low_flight=replace(flight, image_points=images))
+
+
 def test_many_lost_points_make_a_short_message(demo_block):
     names = demo_block.control_points["point_id"][:10]
     lost = pd.DataFrame(

@@ -37,6 +37,7 @@ from einschalt.pipeline.block.scales import (
     digit_notes,
     equal_height_problems,
     extent_problems,
+    image_size_problems,
     scale_problems,
     standard_error_problems,
 )
@@ -224,7 +225,8 @@ class _Check:
         places = np.flatnonzero(is_lost)
         self.problems += tables.listed(places, problem, "so it is")
         if not is_lost.all():
-            self._extent(table, frame[~is_lost], "image_id", "mm")
+            distance, file = flight.principal_distance_mm, self._file(table)
+            self.problems += image_size_problems(frame[~is_lost], distance, file)
 
     def _extent(self, table, frame, key, unit):
         self.problems += extent_problems(frame, key, unit, self._file(table))

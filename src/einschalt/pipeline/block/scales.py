@@ -20,6 +20,7 @@ from einschalt.foundations.names import encode
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.ways_between_systems import standard_errors_of
+from einschalt.stages.relative_orientation.image_units import unit_fault
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
@@ -51,6 +52,10 @@ FEWEST_EQUAL = 4
 LEAST_RELIEF = 1e-3
 USUAL_MODEL_MM = (20.0, 2000.0)
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
+PIXELS = (
+    "Are they pixels? Name their camera: camera = 'camera.toml'; otherwise give "
+    "millimetres"
+)
 UNIT_WORDS = {
     "mm": "millimetres",
     "um": "micrometres",
@@ -83,6 +88,23 @@ def extent_problems(frame, key, unit, file):
     ]
 
 
+def image_size_problems(frame, distance, file):
+    """Say of image coordinates that they are far too large or small for their camera.
+
+    ``distance``: principal distance [mm], if that is a number.
+    """
+    problems = extent_problems(frame, "image_id", "mm", file)
+    is_known = isinstance(distance, (int, float)) and 0.0 < distance < np.inf
+    if problems or not is_known:  # which is said elsewhere
+        return problems
+    fault = unit_fault(values_of(frame, ["x", "y"]), distance)
+    if fault is None:
+        return []
+    remedy = PIXELS if fault.are_pixels else fault.remedy
+    facts = {"expected": fault.expected, "remedy": remedy, "file": file}
+    return [ConsistencyError(fault.found, **facts)]
+
+
 def _remedy_of_one(median_mm):
     """What to do where the others have the unit that is named; empty otherwise."""
     smallest, largest = USUAL_MODEL_MM
@@ -101,7 +123,7 @@ def _unit_remedy(widest, has_unit):
         if smallest <= widest * MM_PER_UNIT[unit] <= largest:
             mend = f"Set model_unit = '{unit}'" if has_unit else "Give millimetres"
             return f"Did you give {words}? {mend}"
-    return "Convert the coordinates to millimetres"
+    return "Convert the coordinates to millimetres" if has_unit else PIXELS
 
 
 def coordinate_problems(frame, file):

@@ -23,6 +23,7 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.relative_orientation.image_orientation import ImageOrientation
+from einschalt.stages.relative_orientation.image_units import unit_fault
 from einschalt.stages.results import failures_table
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -60,8 +61,6 @@ COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
-# tangent of the widest and the narrowest field angle that is believed
-WIDEST_FIELD, NARROWEST_FIELD = 2.5, 0.01
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
 FEW = mark("{n:point|points}, but relative orientation needs {least}")
 NO_BASE = "both photographs see its points as from one place: its base is too short"
@@ -248,23 +247,14 @@ def _distances(principal_distance):
 
 
 def _check_unit(frame, distance):
-    values = values_of(frame, COORDINATES)
-    sizes = np.abs(values).max(axis=1)
-    largest, distance_mm = f"{sizes.max():.4g}", f"{distance:g}"
-    found = (
-        f"image coordinates up to {largest} with a principal distance of {distance_mm}"
-    )
-    expected = "millimetres, from the principal point"
-    if np.median(sizes) > WIDEST_FIELD * distance:
-        remedy = "Did you give pixels? Convert them by a camera: Camera, or --camera"
-    elif values.min() >= 0.0 and sizes.max() > distance:
-        found = f"{found}, none of them negative"
-        remedy = "Is the origin in a corner? Subtract the principal point"
-    elif 0.0 < sizes.max() < NARROWEST_FIELD * distance:
-        remedy = "Did you give metres? Multiply them by 1000"
-    else:
-        return
-    raise TableError(found, expected=expected, remedy=remedy, file="image_pairs")
+    fault = unit_fault(values_of(frame, COORDINATES), distance)
+    if fault is not None:
+        raise TableError(
+            fault.found,
+            expected=fault.expected,
+            remedy=fault.remedy,
+            file="image_pairs",
+        )
 
 
 def _base_lengths(base_length, models):
