@@ -41,7 +41,24 @@ SCANNED = Camera.from_mm(
     {"k1": 2e-8},
     pixels={"pixel_size_um": 15.0, "width": 15_400, "height": 15_300},
 )
-CAMERAS = {"opencv": OPENCV, "metashape": METASHAPE, "mm": WIDE_ANGLE, "scan": SCANNED}
+OBLONG = Camera.from_mm(
+    152.67,
+    (0.012, -0.007),
+    {"k1": 2e-8},
+    pixels={
+        "pixel_size_um": 15.0,
+        "pixel_height_um": 15.1,
+        "width": 15_400,
+        "height": 15_300,
+    },
+)
+CAMERAS = {
+    "opencv": OPENCV,
+    "metashape": METASHAPE,
+    "mm": WIDE_ANGLE,
+    "scan": SCANNED,
+    "oblong": OBLONG,
+}
 
 
 def over_the_image(camera, half=(16.0, 12.0), n=25):
@@ -146,6 +163,17 @@ def test_pixels_of_a_scanned_photograph():
     right, down = SCANNED.xy_from_measured([[8700.0, 7650.0], [7700.0, 8650.0]])
     assert right[0] - corner[0] == pytest.approx(15.0, abs=1e-3)
     assert down[1] - corner[1] == pytest.approx(-15.0, abs=1e-3)
+
+
+def test_pixels_that_are_not_square():
+    """A row is as far from the middle as rows are high, in the mean of the lens."""
+    middle = np.array([7700.0, 7650.0])
+    square, oblong = (c.xy_from_measured(middle) for c in (SCANNED, OBLONG))
+    np.testing.assert_allclose(square, oblong, rtol=0, atol=1e-9)
+    away = OBLONG.measured_from_xy([0.0, 15.1]) - OBLONG.measured_from_xy([0.0, 0.0])
+    assert away[1] == pytest.approx(-1000.0, abs=0.01)
+    away = OBLONG.measured_from_xy([15.0, 0.0]) - OBLONG.measured_from_xy([0.0, 0.0])
+    assert away[0] == pytest.approx(1000.0, abs=0.01)
 
 
 def test_without_distortion_it_is_a_shift_and_a_scale():

@@ -313,7 +313,8 @@ class Camera:
             (r² + 2 x²) + 2 p2 x y``, and the same with x and y, p1 and p2 exchanged.
         pixels : Mapping, optional
             pixel_size_um, width and height, where the measurements are pixels, the
-            upper left corner of the image being (0, 0).
+            upper left corner of the image being (0, 0); and pixel_height_um, where
+            pixels are not square.
 
         Returns
         -------
@@ -332,9 +333,13 @@ class Camera:
         matrix, origin = np.diag([c, c]), np.array([x0, y0])
         grid = {}
         if pixels is not None:
-            grid = _filled("pixels", pixels, ("pixel_size_um", "width", "height"))
-            pitch = MM_PER_UM * (grid["pixel_size_um"] or np.nan)
-            matrix = np.diag([c / pitch, -c / pitch])
+            names = ("pixel_size_um", "width", "height", "pixel_height_um")
+            grid = _filled("pixels", pixels, names)
+            if not grid["pixel_height_um"]:
+                del grid["pixel_height_um"]  # square, as most are
+            across = grid["pixel_size_um"] or np.nan
+            pitch = MM_PER_UM * np.array([across, grid.get("pixel_height_um", across)])
+            matrix = np.diag(c / pitch) @ np.diag([1.0, -1.0])
             middle = np.array([0.5 * grid["width"], 0.5 * grid["height"]])
             with np.errstate(over="ignore"):  # what is infinite then is refused
                 origin = middle + np.array([x0, -y0]) / pitch

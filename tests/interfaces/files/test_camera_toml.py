@@ -32,6 +32,15 @@ CAMERAS = {
     "scan": Camera.from_mm(
         152.7, pixels={"pixel_size_um": 15.0, "width": 15_000, "height": 15_200}
     ),
+    "oblong": Camera.from_mm(
+        7.5,
+        pixels={
+            "pixel_size_um": 3.19,
+            "pixel_height_um": 3.2,
+            "width": 2_272,
+            "height": 1_704,
+        },
+    ),
 }
 
 

@@ -406,6 +406,51 @@ def test_control_of_a_project_stands_before_all_of_its_points(tmp_path):
     assert read_foreign(file).tables["control_points"]["role"].tolist() == ["new"]
 
 
+CALIBRATION = "7.5 3.6 2.6 7.25 5.44 0.005 -1e-4 0 -6e-5 -4e-5"
+
+
+def test_the_camera_of_a_project(tmp_path):
+    """Brown as DBAT has it: pixels to millimetres, y up, corrected as measured."""
+    file = tmp_path / "project.txt"
+    text = PROJECT.replace("   0 1 1 1 1 1 1 1 1 1 1\n", f"   0 {CALIBRATION}\n", 1)
+    file.write_text(text.replace(" 20 100 100\n", " 20 2272 1704\n"))
+    ((name, keys),) = read_foreign(file).cameras.items()
+    assert name == "camera"
+    column, row = 300.0, 200.0
+    x, y = column * 7.25 / 2272 - 3.6, 2.6 - row * 5.44 / 1704
+    r2 = x * x + y * y
+    radial, (p1, p2) = 0.005 * r2 - 1e-4 * r2**2, (-6e-5, -4e-5)
+    x_is = x + radial * x + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y
+    y_is = y + radial * y + p2 * (r2 + 2 * y * y) + 2 * p1 * x * y
+    found = camera_of(keys).xy_from_measured([column, row])
+    np.testing.assert_allclose(found, [x_is, y_is], rtol=0, atol=1e-12)
+
+
+def test_a_project_without_numbers_of_pixels_has_no_camera(tmp_path):
+    file = tmp_path / "project.txt"
+    file.write_text(PROJECT.replace(" 20 100 100\n", " 20\n"))
+    found = read_foreign(file)
+    assert not found.cameras
+    said = "no camera, as it has not the number of pixels: c = 1 mm, 1 mm by 1 mm"
+    assert any(said in note for note in found.notes)
+
+
+def test_cameras_of_photos_that_were_calibrated_one_by_one(tmp_path):
+    """Each is named after the first photo that it has."""
+    file = tmp_path / "project.txt"
+    photo = PROJECT[PROJECT.index("   0 c:") : PROJECT.index("     317")]
+    second = photo.replace("   0 ", "   1 ").replace("8811", "8812")
+    third = photo.replace("   0 ", "   2 ").replace("8811", "8813")
+    third = third.replace("   2 1 1 1 1", "   2 2 1 1 1", 1)
+    photos = photo.rstrip("\n") + "\n" + second.rstrip("\n") + "\n" + third
+    file.write_text(PROJECT.replace(photo, photos))
+    cameras = read_foreign(file).cameras
+    assert {name: keys["c"] for name, keys in cameras.items()} == {
+        "8811.jpg": 1.0,
+        "8813.jpg": 2.0,
+    }
+
+
 def test_a_project_may_list_marks_of_points_that_it_leaves_out(tmp_path):
     """DBAT's own camcal-pmexport.txt lists 2081 marks after its 2074."""
     file = tmp_path / "project.txt"

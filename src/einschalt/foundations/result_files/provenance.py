@@ -203,6 +203,7 @@ CAMERA = Part(
         "width": ("", "width of the image in pixels"),
         "height": ("", "height of the image in pixels"),
         "pixel_size_um": ("µm", "width of a pixel"),
+        "pixel_height_um": ("µm", "height of a pixel that is not square (mm)"),
         "b1": ("", "affinity of the pixels in pixels (metashape); absent if it is 0"),
         "b2": ("", "skew of the pixels in pixels (metashape); absent if it is 0"),
         "k1": ("", "first coefficient of the radial distortion; absent if it is 0"),

@@ -106,13 +106,16 @@ class MillimetreConstants(_Constants):
     pixel_size_um: float | None = _pitch(default=None)
     width: int | None = Field(default=None, gt=0, description="a number of pixels")
     height: int | None = Field(default=None, gt=0, description="a number of pixels")
+    pixel_height_um: float | None = _pitch(default=None)
 
     def camera(self):
         """Return the camera."""
         names = ("pixel_size_um", "width", "height")
         pixels = {name: getattr(self, name) for name in names}
         n_given = sum(value is not None for value in pixels.values())
-        if 0 < n_given < len(names):
+        is_tall = self.pixel_height_um is not None
+        pixels |= {"pixel_height_um": self.pixel_height_um} if is_tall else {}
+        if n_given < len(names) and (n_given or is_tall):
             raise SettingsError(
                 "pixel_size_um, width and height are not all given",
                 expected="all three where pixels were measured, or none of them",

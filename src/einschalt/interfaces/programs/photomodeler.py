@@ -1,4 +1,11 @@
-"""Exports of PhotoModeler, as DBAT reads them: points, marks, and whole projects."""
+"""Exports of PhotoModeler, as DBAT reads them: points, marks, and whole projects.
+
+A project has the calibration of every photo: principal distance and point, format,
+k1 to k3, p1, p2 in millimetres from the upper left corner, y down for the principal
+point and up for the polynomial, which corrects. Numbers of the pixels of a photo are
+only in projects that DBAT has extended by them. With both signs of k1 and p1 and the
+published orientations, the marks of its examples fit to 0.3 pixels with these alone.
+"""
 
 import re
 from dataclasses import replace
@@ -33,6 +40,8 @@ EXPECTED = "a table of points or of marks, or a project, as PhotoModeler exports
 PHOTO = "number and file of a photo, X Y Z kappa phi omega, their standard errors"
 POINT = "number, X Y Z and their standard errors"
 MARK = "photo, point, x y and their standard errors"
+CAMERA = "number of a photo, c, principal point, format, K1 K2 K3 P1 P2"
+N_CAMERA = 11
 
 
 def is_export(head):
@@ -145,7 +154,52 @@ def _project(file):
     tables["control_points"] = found
     tables["image_points"] = _marked(marks[0], names, file)
     note = f"{file.source}: coordinates and standard errors are those of its adjustment"
-    return Foreign(tables, None, (note, *notes))
+    cameras, said = _cameras(blocks, names, file)
+    return Foreign(tables, None, (note, *said, *notes), cameras)
+
+
+def _cameras(blocks, names, file):
+    """Keys of a camera.toml, one for each calibration that differs; notes."""
+    lines = [
+        one
+        for block in blocks
+        for one, two in pairwise(block)
+        if len(one.words) == len(two.words) == N_CAMERA
+        and one.words[0] == two.words[0]  # its standard errors
+    ]
+    if len(lines) != len(names):
+        return {}, []
+    values = numbers_of(lines, file.source, 1, N_CAMERA, CAMERA)
+    _, first = np.unique(values, axis=0, return_index=True)
+    size = _size(blocks[0], file)
+    if size is None:
+        c, _, _, wide, high, *_ = values[0]
+        said = f"{file.source}: no camera, as it has not the number of pixels: "
+        return {}, [f"{said}c = {c:g} mm, {wide:g} mm by {high:g} mm"]
+    called = {"camera": 0} if len(first) == 1 else {names[k]: k for k in sorted(first)}
+    return {name: _camera(values[k], size) for name, k in called.items()}, []
+
+
+def _size(head, file):
+    """Width and height of the photos [pixels]; None where they are not there."""
+    words = head[1].words if len(head) > 1 else []
+    if len(words) != 4:
+        return None
+    size = numbers_of([head[1]], file.source, 2, 4, "width and height in pixels")[0]
+    return size.astype(int) if (size >= 1).all() else None
+
+
+def _camera(calibration, size):
+    """Keys of camera.toml; the centre of the format is that of the image."""
+    c, x, y, wide, high, *lens = calibration.tolist()
+    pitch = 1e3 * np.array([wide, high]) / size
+    keys = {"convention": "mm", "c": c, "x0": x - 0.5 * wide, "y0": 0.5 * high - y}
+    keys |= dict(zip(("k1", "k2", "k3", "p1", "p2"), lens, strict=True))
+    keys |= {"width": int(size[0]), "height": int(size[1])}
+    return keys | {
+        "pixel_size_um": float(pitch[0]),
+        "pixel_height_um": float(pitch[1]),
+    }
 
 
 def _compared_with_end(blocks, marks, file):
