@@ -81,6 +81,26 @@ def test_claimed_and_true_errors(eight):
     assert (scatter < 0.2).all()
 
 
+def test_s_0_is_1_where_errors_are_as_large_as_stated(eight):
+    """Weights alone, of model points taken for independent, give 1.11."""
+    adjusted = [solution.adjustment for _, solution in eight]
+    square = np.array([one.s_0**2 for one in adjusted])
+    scatter = square.std(ddof=1) / np.sqrt(len(square))
+    assert abs(square.mean() - 1.0) < 3.0 * scatter
+    assert scatter < 0.05
+    by_weights = np.mean([one.solution.s_0**2 for one in adjusted])
+    assert by_weights - 1.0 > 3.0 * scatter
+
+
+def test_s_0_follows_the_sizes_of_the_image_errors(block):
+    """Errors of heights are estimated, so that weights alone would hide a third."""
+    low = block.low_flight
+    other = replace(block, low_flight=replace(low, m_g_um=0.5 * low.m_g_um))
+    asked = {"kind": "helmert_3d", "flights": "low"}
+    one, two = (es.adjust_block(b, **asked).s_0 for b in (block, other))
+    assert two / one == pytest.approx(2.0, rel=0.1)
+
+
 @pytest.mark.parametrize("level", [0.1, 0.01, 0.001])
 def test_clean_residuals_are_rejected_as_often_as_the_level_says(eight, level):
     """At the edge of models from images they are larger, and yet no gross errors."""

@@ -122,7 +122,8 @@ class BlockAdjustment(ModelResult):
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     s_0 : float
-        Standard error of unit weight; 1 where the errors are as large as given.
+        Standard error of unit weight; 1 where the errors are as large as given. Of
+        models from images compared with what errors of that size make of the residuals.
     redundancy : int
     tables : BlockTables
         Everything that was given.
@@ -460,7 +461,7 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
         common=common_table(tables, solution),
         deformations=deformations,
         failures=failures,
-        s_0=solution.s_0,
+        s_0=solution.s_0 / np.sqrt(known.unit_variance),
         redundancy=solution.redundancy,
         tables=tables,
         solution=solution,

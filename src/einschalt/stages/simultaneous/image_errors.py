@@ -7,7 +7,8 @@ as large as the errors of their flight in plan, of control, and of other flights
 what all points of a model share there, put through the linearised adjustment. So are
 errors that control points share. Residuals of such points have other sizes than the
 adjustment expects: at the edge of a model they are larger, and good points would look
-wrong there.
+wrong there. So has their sum of squares: rays that are longer than the scale number
+says, as from tilted photographs, make it larger.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_by_covariance,
     judge_observations,
 )
+from einschalt.theory.block_adjustment.gross_errors import OUT
 
 # standard errors from so many draws are known to 2.5 per cent
 N_DRAWS = 800
@@ -60,6 +62,8 @@ class Covariances:
     # of the residuals of all observations; None where model points are independent, as
     # the adjustment takes them to be
     residuals: DrawnCovariance | None = None
+    # mean of Σ w v² of errors as large as stated, over the redundancy
+    unit_variance: float = 1.0
 
 
 def covariances(tables, part, factors, solution) -> Covariances:
@@ -75,15 +79,37 @@ def covariances(tables, part, factors, solution) -> Covariances:
     is_drawn = observations.shared_control is not None and not tables.has_unknown_groups
     if not is_from_images and not is_drawn:
         return Covariances(points)
-    of_points, of_residuals = _drawn(tables, part, factors, solution)
+    of_points, of_residuals, of_control = _drawn(tables, part, factors, solution)
+    points = points if tables.has_unknown_groups else of_points
+    if not is_from_images:
+        return Covariances(points)
     return Covariances(
-        points if tables.has_unknown_groups else of_points,
-        DrawnCovariance(of_residuals, N_DRAWS) if is_from_images else None,
+        points,
+        DrawnCovariance(of_residuals, N_DRAWS),
+        _unit_variance(part.observations, solution, of_residuals, of_control),
     )
 
 
+def _unit_variance(given, solution, of_residuals, of_control):
+    """Mean of Σ w v² over the redundancy, which is 1 where weights fit the errors.
+
+    tr(W C) with the covariances C of the residuals and the weights that were given, of
+    what takes part. Variances 1 where orientations have errors of their own besides.
+    """
+    used, redundancy = solution.observations, solution.redundancy
+    if redundancy <= 0 or used.bent is not None:
+        return 1.0
+    n_rows = len(solution.residuals)
+    error = given.standard_error.reshape(n_rows, -1)
+    is_in = (used.standard_error.reshape(n_rows, -1) / error).max(axis=1) < OUT
+    variances = np.diagonal(of_residuals, axis1=1, axis2=2)
+    squares = np.sum((variances / error**2)[is_in])
+    squares += np.einsum("nab,nba->", used.control_weight, of_control)
+    return float(squares / redundancy)
+
+
 def _drawn(tables, part, factors, solution):
-    """Covariances of points and residuals, by draws of all errors."""
+    """Covariances of points, of residuals and of those of control, by draws."""
     observations = solution.observations
     draw = _drawing(tables, part, factors, solution)
     n_axes = observations.control.shape[1]
@@ -91,12 +117,15 @@ def _drawn(tables, part, factors, solution):
     rng = np.random.default_rng(1971)
     of_points = np.zeros((observations.n_points, n_axes, n_axes))
     of_residuals = np.zeros((len(observations.model), n_axes, n_axes))
+    of_control = np.zeros_like(of_points)
     for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
         control = observations.drawn_control(rng, n_draws)
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
         of_points += points @ np.swapaxes(points, 1, 2)
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
-    return of_points / N_DRAWS, of_residuals / N_DRAWS
+        away = points - control
+        of_control += away @ np.swapaxes(away, 1, 2)
+    return of_points / N_DRAWS, of_residuals / N_DRAWS, of_control / N_DRAWS
 
 
 def has_images(tables):
