@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import einschalt as es
@@ -65,3 +66,20 @@ def test_the_figure_is_not_that_of_the_turned_model(repeated):
     for result in repeated:
         if result.claim.is_supported:
             assert result.assessment.credible.value < 0.16
+
+
+def test_check_points_with_approximate_coordinates_are_checks_still():
+    """Nothing is fitted onto them, though a single table has control and checks."""
+    block = es.read_block(FOLDER)
+    checks = block.control_points[block.control_points["role"] == "check"]
+    given = checks[block.approximate_points.columns]
+    every = pd.concat([block.approximate_points, given], ignore_index=True)
+    settings = es.Settings(method="two_step")
+    without, beside = (
+        {test.name: test for test in es.densify(b, settings).claim.tests}
+        for b in (block, replace(block, approximate_points=every))
+    )
+    assert without.keys() == beside.keys()
+    assert beside["check points"].n_points == 2
+    for name, test in without.items():
+        assert beside[name].observed == pytest.approx(test.observed, abs=2e-4)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import einschalt as es
@@ -228,3 +229,14 @@ def test_film_coordinates_of_tenths_of_millimetres_are_noted(demo_block):
     assert (
         coarse(replace(demo_block, low_flight=replace(low, model_points=points))) == []
     )
+
+
+def test_control_with_errors_of_its_axes_has_their_total(block):
+    """As programs of adjustment state them; what is stated as total stays."""
+    given = block.control_points.drop(columns="standard_error_m", errors="ignore")
+    axes = {"standard_error_easting": 0.03, "standard_error_northing": 0.04}
+    by_axis = replace(block, control_points=given.assign(**axes)).control_points
+    np.testing.assert_allclose(by_axis["standard_error_m"], 0.05, rtol=1e-12)
+    both = given.assign(**axes, standard_error_m=0.06)
+    stated = replace(block, control_points=both).control_points["standard_error_m"]
+    assert (stated == 0.06).all()

@@ -33,7 +33,6 @@ from einschalt.pipeline.block.repeated_pointings import (
 from einschalt.pipeline.block.scales import (
     UNIT_WORDS,
     coordinate_problems,
-    covariance_problems,
     digit_notes,
     equal_height_problems,
     extent_problems,
@@ -47,6 +46,7 @@ from einschalt.pipeline.block.stereo_models import (
     models_without_parallaxes,
     parallax_problems,
 )
+from einschalt.pipeline.block.ways_between_systems import with_total_errors
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 MODEL_KEY = ["coverage", "model_id"]
@@ -142,7 +142,7 @@ class _Check:
             return
         file = self._file("control_points")
         self.problems += standard_error_problems(control, file)
-        self.problems += covariance_problems(control, file)
+        self.checked["control_points"] = with_total_errors(control)
 
     def _flight_tables(self, name, flight):
         parts = {

@@ -225,9 +225,10 @@ def _row(frame, place):
 
 
 def standard_error_problems(control, file):
-    """Standard errors of control points that no survey has, in whichever column."""
+    """Standard errors of control that no survey has, and covariances beyond them."""
     columns = [name for name in STANDARD_ERRORS if name in control]
-    return [problem for name in columns for problem in _too_large(control, name, file)]
+    found = [problem for name in columns for problem in _too_large(control, name, file)]
+    return found + _covariance_problems(control, file)
 
 
 def _too_large(control, column, file):
@@ -246,7 +247,7 @@ def _too_large(control, column, file):
     return tables.listed(places, problem, "it is too large")
 
 
-def covariance_problems(control, file):
+def _covariance_problems(control, file):
     """Covariances of control points beyond the product of their standard errors."""
     columns = [name for name in COVARIANCES if name in control]
     return [problem for name in columns for problem in _beyond(control, name, file)]

@@ -42,6 +42,17 @@ def standard_errors_of(checked, default):
     return default
 
 
+def with_total_errors(control):
+    """The table with TOTAL standard errors where it has those of the axes alone.
+
+    Programs of adjustment state the latter, the two steps take the former.
+    """
+    total = standard_errors_of(control, None)
+    if total is None or "standard_error_m" in control:
+        return control
+    return control.assign(standard_error_m=total)
+
+
 def has_heights(crs):
     """Whether a system says what heights are."""
     return len(crs.axis_info) > len(PLANE)

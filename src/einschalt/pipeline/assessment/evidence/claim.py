@@ -349,7 +349,7 @@ def _known(examined):
     """Densified minus given coordinates, before residuals were distributed; roles.
 
     A control point whose given coordinates are its approximate ones is none: it took
-    part.
+    part. A check point with such coordinates did not, as nothing is fitted onto it.
     """
     plan = list(PLAN)
     points = examined.means.points
@@ -361,7 +361,7 @@ def _known(examined):
         approximate = examined.block.approximate_points.set_index("point_id")[plan]
         apart = approximate.reindex(points["point_id"]).to_numpy() - given[plan]
         is_same = np.hypot(*apart.to_numpy(dtype=float).T) < LEAST_APART
-        role[is_same] = "approximate"
+        role[is_same & (role == "control")] = "approximate"
     return differences, role
 
 
