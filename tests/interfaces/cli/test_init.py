@@ -27,6 +27,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 FLIGHTS = ("high_flight.csv", "low_flight.csv")
+ONE_ERROR = {"standard_error_m": 0.0283}
+EACH_ERROR = {"standard_error_easting": 0.02, "standard_error_northing": 0.02}
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
 EXAMPLES = Path(__file__).parents[3] / "data_examples"
 PITCH_UM, SIDE = 12.0, 20_000
@@ -232,6 +234,41 @@ def test_files_that_make_no_block_are_refused_in_words(invoke, export, tmp_path)
         refused = invoke("init", tmp_path / "new", "--from", *named, "--yes")
         assert refused.exit_code == 2
         assert said in refused.stderr
+
+
+@pytest.mark.parametrize("columns", [ONE_ERROR, EACH_ERROR], ids=["total", "by axis"])
+def test_a_flight_of_images_goes_onto_its_control(invoke, tmp_path, columns):
+    """As unmanned aircraft fly it: once, over targets that were surveyed."""
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    del control["standard_error_m"]
+    control.assign(**columns).to_csv(tmp_path / "control.csv", index=False)
+    files = [tmp_path / "control.csv", source / "image_points.csv"]
+    files += [source / "models.csv"]
+    asked = ["--principal-distance-mm", "123.9392", "--low-scale", "14400"]
+    shown = invoke("init", tmp_path / "b", "--from", *files, *asked, "--yes")
+    assert shown.exit_code == 0, shown.output
+    found = find_problems(tmp_path / "b")
+    assert not found.problems
+    block = found.block
+    assert len(block.approximate_points) == len(block.control_points) == 16
+    assert block.low_flight.transformation == "helmert_3d"
+    assert block.approximate_m_0_m == pytest.approx(0.0283, abs=1e-4)
+    error = block.control_points["standard_error_m"]
+    np.testing.assert_allclose(error, 0.0283, rtol=0, atol=1e-4)
+
+
+def test_an_answer_about_control_holds_where_models_go_onto_it(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    del control["standard_error_m"]
+    control.to_csv(tmp_path / "control.csv", index=False)
+    files = [tmp_path / "control.csv", source / "image_points.csv"]
+    asked = ["--principal-distance-mm", "123.9392", "--control-error-m", "0.04"]
+    files, more = [*files, source / "models.csv"], ["--low-scale", "14400", "--yes"]
+    shown = invoke("init", tmp_path / "b", "--from", *files, *asked, *more)
+    assert shown.exit_code == 0, shown.output
+    assert find_problems(tmp_path / "b").block.approximate_m_0_m == 0.04
 
 
 def test_init_writes_the_schema_beside(invoke, tmp_path):
@@ -573,10 +610,6 @@ def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
     assert shown.exit_code == 0, shown.output
     assert "chosen: each photograph with its best partners" in shown.stdout
     block = read_block(tmp_path / "b")
-    # the check points are no part of what models are laid on
-    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
-    known = control.loc[control["role"] == "control", "point_id"]
-    assert sorted(block.approximate_points["point_id"]) == sorted(known)
     assert block.low_flight.transformation == "helmert_3d"
     result = densify(block, Settings(method="simultaneous"))
     found = result.solution.points.set_index("point_id")

@@ -1,9 +1,9 @@
 """What a block of photographs needs beside measurements: models, and where points lie.
 
 Programs measure points in photographs and know nothing of models. Pairs of photographs
-are chosen for them; and where there is no high flight, the models go straight onto the
-control, whose points are then the approximate ones. Both become tables beside
-block.toml, which the user may change.
+are chosen for them, and become a table beside block.toml, which the user may change.
+Where there is no high flight, models go straight onto the control, whose points are
+then the approximate ones.
 """
 
 from dataclasses import replace
@@ -18,17 +18,16 @@ from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID
 from einschalt.interfaces.new_block.guesses import FLIGHTS, Guess
 from einschalt.interfaces.new_block.looked_at import PITCH, Looked
+from einschalt.pipeline.block.ways_between_systems import standard_errors_of
 from einschalt.stages.relative_orientation.model_choice import (
     LEAST_COMMON,
     choose_models,
 )
 
 APPROXIMATE, CONTROL = "approximate_points", "control_points"
-PLACE = ["point_id", "easting", "northing", "height"]
-PLAN_ERRORS = ["standard_error_easting", "standard_error_northing"]
 MOST_NAMED = 6
 MODELS_CHOSEN = "chosen: each photograph with its best partners"
-STANDS_IN = "no high flight: the models go straight onto the control"
+CONTROL_ITSELF = "the error of the control points, onto which models go"
 
 
 def completed(proposal, folder):
@@ -36,17 +35,12 @@ def completed(proposal, folder):
 
     ``folder``: of block.toml.
     """
-    proposal = replace(
-        proposal, tables=dict(proposal.tables), values=dict(proposal.values)
-    )
+    proposal = replace(proposal, tables=dict(proposal.tables))
     written, notes = {}, []
     for name in FLIGHTS:
         is_lacking = (name, "models") not in proposal.tables
         if (name, "image_points") in proposal.tables and is_lacking:
             notes += _add_models(proposal, name, Path(folder), written)
-    sections = {section for section, _ in proposal.tables}
-    if not sections & {FLIGHTS[0], APPROXIMATE}:
-        _add_stand_in(proposal, Path(folder), written)
     return proposal, written, notes
 
 
@@ -96,44 +90,25 @@ def _in_millimetres(proposal, name):
     return points, made.principal_distance_mm
 
 
-def _add_stand_in(proposal, folder, written):
-    """Add the control points as approximate ones; check points are kept out."""
-    known = proposal.tables[CONTROL, "file"]
-    frame = known.frame
-    if "role" in frame:
-        frame = frame[frame["role"] == "control"]
-    own = frame[[name for name in PLACE if name in frame]]
-    if "height" in own and own["height"].isna().any():
-        own = own.drop(columns="height")
-    path = folder / f"{APPROXIMATE}.csv"
-    written[path] = own
-    looked = Looked(path, "ground", own, NOTHING_SAID, (STANDS_IN,))
-    proposal.tables[APPROXIMATE, "file"] = looked
-    error = _error_of(frame, proposal.values.get((CONTROL, "standard_error_m")))
-    if error is not None:
-        proposal.values[APPROXIMATE, "m_0_m"] = error
-
-
-def _error_of(frame, said):
-    """TOTAL standard error of the points, RMS where each has one of its own [m]."""
-    if said is not None:
-        return said
-    errors = None
-    if "standard_error_m" in frame:
-        errors = frame["standard_error_m"].to_numpy(dtype=float)
-    elif set(PLAN_ERRORS) <= set(frame):
-        errors = np.hypot(*frame[PLAN_ERRORS].to_numpy(dtype=float).T)
-    if errors is None or not np.isfinite(errors).all() or not len(errors):
-        return None
-    total = float(f"{np.sqrt(np.mean(errors**2)):.3g}")
-    return Guess(total, "RMS of the errors of the control points")
+def error_of_control_itself(tables, values):
+    """TOTAL error of approximate points that are the control, as far as it is known."""
+    known = tables.get((APPROXIMATE, "file"))
+    if known is None or known is not tables.get((CONTROL, "file")):
+        return {}
+    said = values.get((CONTROL, "standard_error_m"))
+    total = standard_errors_of(known.frame, said and said.value)
+    if total is None:
+        return {}
+    mean = np.sqrt(np.mean(np.square(np.asarray(total, dtype=float))))
+    return {(APPROXIMATE, "m_0_m"): Guess(float(f"{mean:.3g}"), CONTROL_ITSELF)}
 
 
 def may_stand_in(ground, flights):
-    """Whether control may stand for approximate points: one flight of photographs."""
-    control = ground.get(CONTROL)
-    is_of_images = len(flights) == 1 and "image_points" in flights[0]
-    return is_of_images and control is not None and "easting" in control.frame
+    """Whether control may stand for approximate points: one flight of photographs.
+
+    No model is laid onto check points of its table.
+    """
+    return len(flights) == 1 and "image_points" in flights[0] and CONTROL in ground
 
 
 def transformation_of(tables, flights):

@@ -25,7 +25,11 @@ from einschalt.interfaces.new_block.guesses import (
     unit_of,
 )
 from einschalt.interfaces.new_block.looked_at import PITCH
-from einschalt.interfaces.new_block.photographs import may_stand_in, transformation_of
+from einschalt.interfaces.new_block.photographs import (
+    error_of_control_itself,
+    may_stand_in,
+    transformation_of,
+)
 from einschalt.pipeline.block.facts import RANGES
 
 USUAL_SCALE_NUMBER = 10_000.0
@@ -116,6 +120,8 @@ def propose(found, given) -> Proposal:
             proposal.values[name, "model_unit"] = units[id(tables)]
         proposal.values[name, "scale_number"] = scales[id(tables)]
     _scale_beside(proposal)
+    if not ("high_flight" in named or "approximate_points" in ground):
+        proposal.tables["approximate_points", "file"] = known
     in_space = transformation_of(ground, flights)
     if in_space is not None:
         proposal.values |= {(name, "transformation"): in_space for name in named}
@@ -123,6 +129,7 @@ def propose(found, given) -> Proposal:
         proposal.values["block", "crs"] = Guess(known.crs, f"{known.title} says so")
     for place, value in given.items():
         proposal.values[place] = Guess(value, "as you say")
+    proposal.values |= error_of_control_itself(proposal.tables, proposal.values)
     _require_same_names(proposal, known, named)
     proposal.questions = _questions(proposal, named)
     return proposal
@@ -395,5 +402,6 @@ def answered(proposal, question, value, reason):
     """The proposal with the answer to a question; None leaves the key out."""
     guess = None if value is None else Guess(value, reason)
     values = proposal.values | {(question.section, question.key): guess}
+    values |= error_of_control_itself(proposal.tables, values)
     rest = [one for one in proposal.questions if one is not question]
     return replace(proposal, values=values, questions=rest)

@@ -202,8 +202,8 @@ class _Check:
             is_known = is_choice(unit, METRES_PER_UNIT)
             is_sound = self._sound(f"{name}.model_points") and is_known
             if is_sound and is_at_image_scale:
-                frame = flight.model_points
-                self._extent(f"{name}.model_points", frame, "model_id", unit)
+                frame, file = flight.model_points, self._file(f"{name}.model_points")
+                self.problems += extent_problems(frame, "model_id", unit, file)
             if self._sound(f"{name}.image_points"):
                 self._undistorted(f"{name}.image_points", flight)
 
@@ -227,9 +227,6 @@ class _Check:
         if not is_lost.all():
             distance, file = flight.principal_distance_mm, self._file(table)
             self.problems += image_size_problems(frame[~is_lost], distance, file)
-
-    def _extent(self, table, frame, key, unit):
-        self.problems += extent_problems(frame, key, unit, self._file(table))
 
     def points_given_twice(self):
         """Points with two coordinates that contradict each other."""
