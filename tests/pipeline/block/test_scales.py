@@ -1,6 +1,7 @@
 """Sizes that do not fit each other are a wrong unit, and are said before computing."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,6 +51,22 @@ def test_scale_number_ten_times_too_small(block):
         ConsistencyError, match=r"in an image 1:1500; expected 4 to 800 mm"
     ):
         replace(block, high_flight=flight)
+
+
+def test_images_of_small_sensors():
+    """9 mm wide, as small aircraft carry them: models extend over 3 mm there."""
+    block = es.read_block(Path(__file__).parents[3] / "data_examples/sxb_strasbourg")
+    flight, factor = block.low_flight, 12.0
+    wrong = replace(flight, scale_number=factor * flight.scale_number)
+    with pytest.raises(
+        ConsistencyError, match=r"is 3\.\d+ mm .*; expected 4 to 800 mm"
+    ):
+        replace(block, low_flight=wrong)
+    images = flight.image_points
+    images = images.assign(x=images["x"] / factor, y=images["y"] / factor)
+    distance = flight.principal_distance_mm / factor
+    small = replace(wrong, image_points=images, principal_distance_mm=distance)
+    assert replace(block, low_flight=small).low_flight.n_models == flight.n_models
 
 
 def test_a_coordinate_beyond_all_systems(block):

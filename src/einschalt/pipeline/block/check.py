@@ -289,9 +289,9 @@ class _Check:
             and self.are_axes_sound
             and isinstance(self.checked[name].scale_number, Real)
         ):
-            scale, file = self.checked[name].scale_number, self._file(ground)
+            flight, file = self.checked[name], self._file(ground)
             self.problems += scale_problems(
-                name, scale, self._model_table(name), self.checked[ground], file
+                name, flight, self._model_table(name), self.checked[ground], file
             )
             self._heights(ground, name)
         for name in FLIGHTS:

@@ -26,6 +26,7 @@ from einschalt.theory.adjustment.tilted_planes import off_planes
 
 MODEL_KEY = ("coverage", "model_id")
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
+SHARE_OF_IMAGE = 0.1
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
 METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
@@ -143,7 +144,7 @@ def coordinate_problems(frame, file):
     ]
 
 
-def scale_problems(name, scale_number, table, ground, file):
+def scale_problems(name, flight, table, ground, file):
     """Models whose ground points cannot lie in one image of that scale.
 
     The median model is judged, so that a single wrong point does not stop a block.
@@ -161,18 +162,33 @@ def scale_problems(name, scale_number, table, ground, file):
     if not len(extent):
         return []
     typical = float(np.median(extent))
+    scale_number, smallest = flight.scale_number, _smallest_image(flight)
     size = typical / scale_number
-    if SMALLEST_IMAGE_M <= size <= LARGEST_IMAGE_M:
+    if smallest <= size <= LARGEST_IMAGE_M:
         return []
     return [
         ConsistencyError(
             f"[{name}] the points of a model extend over {typical:.3g} m on the "
             f"ground, which is {size * 1e3:.3g} mm in an image 1:{scale_number:g}",
-            expected=f"{SMALLEST_IMAGE_M * 1e3:g} to {LARGEST_IMAGE_M * 1e3:g} mm",
+            expected=f"{smallest * 1e3:.2g} to {LARGEST_IMAGE_M * 1e3:g} mm",
             remedy="Correct scale_number, or give the coordinates in metres",
             file=file,
         )
     ]
+
+
+def _smallest_image(flight):
+    """Least that known points of a model can extend over in an image [m].
+
+    Sensors are 6 mm wide, and models are parts of them: so for images it is a share of
+    the photographs themselves.
+    """
+    images = flight.image_points
+    if images is None or not len(images):
+        return SMALLEST_IMAGE_M
+    extent, _ = _extents([images["image_id"]], values_of(images, ["x", "y"]))
+    share = SHARE_OF_IMAGE * float(np.median(extent)) / MM_PER_UNIT["m"]
+    return min(SMALLEST_IMAGE_M, share) if share > 0.0 else SMALLEST_IMAGE_M
 
 
 def _extents(keys, values):
