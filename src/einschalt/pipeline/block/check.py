@@ -24,6 +24,7 @@ from einschalt.pipeline.block.given_points import (
     heights_that_are_none,
     lack_of_common_points,
     points_in_no_model,
+    standard_error_problems,
     with_names_alike,
 )
 from einschalt.pipeline.block.repeated_pointings import (
@@ -38,7 +39,6 @@ from einschalt.pipeline.block.scales import (
     extent_problems,
     image_size_problems,
     scale_problems,
-    standard_error_problems,
 )
 from einschalt.pipeline.block.stereo_models import (
     models_of_one_photograph,

@@ -1,4 +1,4 @@
-"""Given points that no model holds, and those that are given twice.
+"""Given points that no model holds, those given twice, and errors that none has.
 
 Lists often hold more points than a block, but the name of a point may be misspelt.
 Points that are given as known points and as approximate points show, before anything is
@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.errors import ConsistencyError, name_some
+from einschalt.foundations.errors import ConsistencyError, TableError, name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.foundations.near_words import (
@@ -33,6 +33,19 @@ MOST_NAMES = 1000  # that tell whether names look like others by chance
 NO_HEIGHT = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, -999.0, 9999.0, 99999.0)
 FAR_FROM_OTHERS = 500.0  # metres
 LEAST_ABOVE_0 = 20.0  # metres, of all other heights, where 0 is doubted
+LARGEST_STANDARD_ERROR_M = 10.0
+STANDARD_ERRORS = (
+    *("standard_error_m", *tables.PLAN_ERRORS),
+    "standard_error_height",
+)
+COVARIANCES = {
+    "covariance_en": ("easting", "northing"),
+    "covariance_eh": ("easting", "height"),
+    "covariance_nh": ("northing", "height"),
+}
+# of numbers that were rounded as they were written
+ROUNDED = 1e-6
+SQUARE_M_PER_SQUARE_MM = 1e-6
 
 
 def contradictions(block, control, approximate, sources):
@@ -235,3 +248,70 @@ def _common_points_text(number, ground):
     if number > 1:
         return f"{number} of its points have coordinates from {ground}"
     return f"{number or 'none'} of its points has coordinates from {ground}"
+
+
+def standard_error_problems(control, file):
+    """Standard errors of control that no survey has, and covariances beyond them."""
+    columns = [name for name in STANDARD_ERRORS if name in control]
+    found = [problem for name in columns for problem in _too_large(control, name, file)]
+    return found + _covariance_problems(control, file)
+
+
+def _too_large(control, column, file):
+    values = control[column].to_numpy()
+
+    def problem(place):
+        return TableError(
+            f"{column} {values[place]:g}",
+            expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
+            remedy="Did you give millimetres?",
+            file=file,
+            **tables.row_location(control, place),
+        )
+
+    places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
+    return tables.listed(places, problem, "it is too large")
+
+
+def _covariance_problems(control, file):
+    """Covariances of control points beyond the product of their standard errors."""
+    columns = [name for name in COVARIANCES if name in control]
+    return [problem for name in columns for problem in _beyond(control, name, file)]
+
+
+def _beyond(control, column, file):
+    values = control[column].fillna(0.0).to_numpy(float)
+    one, other = (_standard_error(control, axis) for axis in COVARIANCES[column])
+    largest = one * other
+
+    def problem(place):
+        limit, size = largest[place], abs(values[place])
+        remedy = "Delete the column, or give the standard errors of both coordinates"
+        if size <= 1.0 and limit > 0.0:
+            remedy = "Did you give a correlation? Multiply it by both standard errors"
+        elif size * SQUARE_M_PER_SQUARE_MM <= limit:
+            remedy = "Did you give square millimetres?"
+        return TableError(
+            f"{column} {values[place]:g}, with standard errors of {one[place]:g} and "
+            f"{other[place]:g} m",
+            expected=f"square metres, at most their product, {limit:g}",
+            remedy=remedy,
+            file=file,
+            **tables.row_location(control, place),
+        )
+
+    places = np.flatnonzero(np.abs(values) > (1.0 + ROUNDED) * largest)
+    return tables.listed(places, problem, "it is too large")
+
+
+def _standard_error(control, axis):
+    """That of the axis, otherwise its part of the total one; 0 where there is none."""
+    own = np.zeros(len(control))
+    if "standard_error_m" in control:
+        own = control["standard_error_m"].fillna(0.0).to_numpy(float) / np.sqrt(2.0)
+    given = control.get(f"standard_error_{axis}")
+    return (
+        own
+        if given is None
+        else given.fillna(pd.Series(own, given.index)).to_numpy(float)
+    )

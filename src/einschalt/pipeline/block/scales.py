@@ -7,12 +7,11 @@ divided by the scale number, must have the size of an image.
 from numbers import Real
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
-from einschalt.foundations.errors import ConsistencyError, TableError
+from einschalt.foundations.errors import ConsistencyError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.given_digits import LEAST_SHARE, resolution_of
 from einschalt.foundations.key_columns import row_codes
@@ -28,24 +27,11 @@ MODEL_KEY = ("coverage", "model_id")
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 SHARE_OF_IMAGE = 0.1
 LARGEST_COORDINATE_M = 1e8
-LARGEST_STANDARD_ERROR_M = 10.0
 METRES_PER_DEGREE = 111_000.0  # of latitude; of longitude it is less
 AXES = ("easting", "northing")
 LARGEST_DIGIT_M = 1.0
 OF_A_DIGIT = np.sqrt(2.0 / 12.0)  # what rounding leaves of it in plan, TOTAL
 STEPS = (2, 5)  # of a grid, in the last digit
-STANDARD_ERRORS = (
-    *("standard_error_m", *tables.PLAN_ERRORS),
-    "standard_error_height",
-)
-COVARIANCES = {
-    "covariance_en": ("easting", "northing"),
-    "covariance_eh": ("easting", "height"),
-    "covariance_nh": ("northing", "height"),
-}
-# of numbers that were rounded as they were written
-ROUNDED = 1e-6
-SQUARE_M_PER_SQUARE_MM = 1e-6
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
 # known points of which one height is no chance, and relief that no error of z is
@@ -183,8 +169,11 @@ def _smallest_image(flight):
     Sensors are 6 mm wide, and models are parts of them: so for images it is a share of
     the photographs themselves.
     """
-    images = flight.image_points
-    if images is None or not len(images):
+    if flight.image_points is None:
+        return SMALLEST_IMAGE_M
+    images = flight.image_coordinates()
+    images = images[images["x"].notna()]
+    if not len(images):
         return SMALLEST_IMAGE_M
     extent, _ = _extents([images["image_id"]], values_of(images, ["x", "y"]))
     share = SHARE_OF_IMAGE * float(np.median(extent)) / MM_PER_UNIT["m"]
@@ -238,73 +227,6 @@ def _reliefs(points):
 def _row(frame, place):
     label = frame.index[place]
     return int(label) if isinstance(label, (int, np.integer)) else None
-
-
-def standard_error_problems(control, file):
-    """Standard errors of control that no survey has, and covariances beyond them."""
-    columns = [name for name in STANDARD_ERRORS if name in control]
-    found = [problem for name in columns for problem in _too_large(control, name, file)]
-    return found + _covariance_problems(control, file)
-
-
-def _too_large(control, column, file):
-    values = control[column].to_numpy()
-
-    def problem(place):
-        return TableError(
-            f"{column} {values[place]:g}",
-            expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
-            remedy="Did you give millimetres?",
-            file=file,
-            **tables.row_location(control, place),
-        )
-
-    places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
-    return tables.listed(places, problem, "it is too large")
-
-
-def _covariance_problems(control, file):
-    """Covariances of control points beyond the product of their standard errors."""
-    columns = [name for name in COVARIANCES if name in control]
-    return [problem for name in columns for problem in _beyond(control, name, file)]
-
-
-def _beyond(control, column, file):
-    values = control[column].fillna(0.0).to_numpy(float)
-    one, other = (_standard_error(control, axis) for axis in COVARIANCES[column])
-    largest = one * other
-
-    def problem(place):
-        limit, size = largest[place], abs(values[place])
-        remedy = "Delete the column, or give the standard errors of both coordinates"
-        if size <= 1.0 and limit > 0.0:
-            remedy = "Did you give a correlation? Multiply it by both standard errors"
-        elif size * SQUARE_M_PER_SQUARE_MM <= limit:
-            remedy = "Did you give square millimetres?"
-        return TableError(
-            f"{column} {values[place]:g}, with standard errors of {one[place]:g} and "
-            f"{other[place]:g} m",
-            expected=f"square metres, at most their product, {limit:g}",
-            remedy=remedy,
-            file=file,
-            **tables.row_location(control, place),
-        )
-
-    places = np.flatnonzero(np.abs(values) > (1.0 + ROUNDED) * largest)
-    return tables.listed(places, problem, "it is too large")
-
-
-def _standard_error(control, axis):
-    """That of the axis, otherwise its part of the total one; 0 where there is none."""
-    own = np.zeros(len(control))
-    if "standard_error_m" in control:
-        own = control["standard_error_m"].fillna(0.0).to_numpy(float) / np.sqrt(2.0)
-    given = control.get(f"standard_error_{axis}")
-    return (
-        own
-        if given is None
-        else given.fillna(pd.Series(own, given.index)).to_numpy(float)
-    )
 
 
 def coarse_digits(frame, error, file, *, in_degrees=False):
