@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.gross_errors import (
+    ContradictedModelError,
     downweight,
     examine_control,
     outlier_free_block,
@@ -376,3 +377,26 @@ def test_large_residuals_end_in_a_minimum(seed, spoil):
     best = least_squares(dense.residuals, x, jac=dense.jacobian, x_scale="jac")
     # errors are large: what is left to gain is nothing beside their square
     assert found.sum_of_squares - 2.0 * best.cost < 1e-3 * found.s_0**2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_model_that_contradicts_is_named(seed):
+    """Of its measurements, each wrong in its own way, a few would place it."""
+    observations, _ = a_block(seed=seed, n_points=240)
+    xyz, rng = observations.xyz.copy(), np.random.default_rng(seed)
+    wrong = np.flatnonzero(observations.model == 0)
+    xyz[wrong] += 0.1 * rng.standard_normal((len(wrong), 3))  # 0.8 m
+    solution = adjust_spatially(replace(observations, xyz=xyz))
+    with pytest.raises(ContradictedModelError) as refused:
+        outlier_free_block(solution, 0.001)
+    assert (refused.value.model, refused.value.n_models) == (0, 9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_block_stays_where_its_last_step_led(seed):
+    """A linear step from there led away, and the next adjustment began far off."""
+    observations = with_a_model_of_chance(a_block(seed=seed)[0], seed + 3)
+    found = adjust_spatially(observations)
+    again = found.readjusted(observations)
+    assert again.sum_of_squares == pytest.approx(found.sum_of_squares, rel=1e-6)
+    assert np.abs(again.placement.centre - found.placement.centre).max() < 0.05

@@ -10,8 +10,17 @@ from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.simultaneous.failed_models import (
+    STAGE,
+    failed_models,
+    why_failed,
+)
 from einschalt.stages.simultaneous.height_columns import centre_table
-from einschalt.stages.simultaneous.image_errors import covariances
+from einschalt.stages.simultaneous.image_errors import (
+    covariances,
+    has_images,
+    variance_by_norm,
+)
 from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import clean_part
 from einschalt.stages.simultaneous.own_deformation import (
@@ -38,7 +47,12 @@ from einschalt.theory.block_adjustment.block_solution import (
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
-from einschalt.theory.block_adjustment.gross_errors import NORMS, examine_control
+from einschalt.theory.block_adjustment.gross_errors import (
+    NORMS,
+    ContradictedModelError,
+    examine_control,
+    norms_of,
+)
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
@@ -47,10 +61,13 @@ from einschalt.theory.block_adjustment.spatial_solution import (
     adjust_spatially,
 )
 
-STAGE = "simultaneous_adjustment"
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 COMPONENTS = ("given", "estimated")
 DEFORMATIONS = ("ignored", "tested", "modelled")
+GIVEN_UP = {
+    NoConvergenceError: determinacy.RESTLESS,
+    ContradictedModelError: determinacy.CONTRADICTED,
+}
 WHOLE_BLOCK = "No model of the block could be determined"
 
 
@@ -234,14 +251,18 @@ def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
             stage=STAGE,
         ) from error
     except NoConvergenceError as error:
-        raise GeometryError(
-            "The simultaneous adjustment of the spatial models does not converge",
-            expected="models that stand upright but for some degrees, without "
-            "exchanged names of points",
-            remedy='Set method = "two_step", and look at the residuals of its models',
-            model=_still_moving(tables, error),
-            stage=STAGE,
-        ) from error
+        raise _no_convergence(_still_moving(tables, error)) from error
+
+
+def _no_convergence(model):
+    return GeometryError(
+        "The simultaneous adjustment of the spatial models does not converge",
+        expected="models that stand upright but for some degrees, without "
+        "exchanged names of points",
+        remedy='Set method = "two_step", and look at the residuals of its models',
+        model=model,
+        stage=STAGE,
+    )
 
 
 def _still_moving(tables, error):
@@ -253,8 +274,30 @@ def _still_moving(tables, error):
 
 
 def _adjust_tables(tables, options):
+    """Adjust the models that can be placed; one that cannot is given up by itself.
+
+    Where that would be half of them, it is the block that cannot be adjusted: the first
+    that was given up is named.
+    """
     tables = with_known_groups(tables, options.significance)
     part, verdicts = determined_part(tables)
+    n_most, given_up = np.count_nonzero(verdicts.is_fine) // 2, []
+    while True:
+        try:
+            return _adjust_part(tables, part, verdicts, options)
+        except (NoConvergenceError, ContradictedModelError) as error:
+            placed = np.flatnonzero(verdicts.is_fine)
+            if error.n_models != len(placed):  # of an adjustment of some of them
+                raise
+            given_up.append(placed[error.model])
+            if len(given_up) > n_most:
+                name = tables.models["model_id"].iloc[given_up[0]]
+                raise _no_convergence(name) from error
+            verdicts.verdict[given_up[-1]] = GIVEN_UP[type(error)]
+            part = _part_of(tables, verdicts)
+
+
+def _adjust_part(tables, part, verdicts, options):
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
         cause = determinacy.why_loose(part.observations, loose)
@@ -351,7 +394,7 @@ def determined_part(tables):
 
 def _part_of(tables, verdicts):
     if not verdicts.is_fine.any():
-        reason, remedy = _said(verdicts, 0, tables.kind[0], _part_sizes(verdicts))
+        reason, remedy = why_failed(verdicts, 0, tables.kind[0])
         raise GeometryError(
             f"{WHOLE_BLOCK}: {reason}",
             expected="models that hang together, with control",
@@ -375,66 +418,16 @@ def _terms(part, options):
     return tuple(terms for terms in options.common if terms.flight in flights)
 
 
-def failed_models(tables, verdicts):
-    """Rows of ``failures``: what could not be determined, and how to mend it."""
-    failed = np.flatnonzero(~verdicts.is_fine)
-    names = tables.models.iloc[failed][["flight", "coverage", "model_id"]]
-    sizes = _part_sizes(verdicts)
-    return [
-        (*name, STAGE, *_said(verdicts, model, tables.kind[model], sizes))
-        for model, name in zip(failed, names.to_numpy().tolist(), strict=True)
-    ]
+def _of_norm(tables, weighed, options):
+    """Covariances of the points of an adjustment with a robust norm.
 
-
-def _part_sizes(verdicts):
-    """Number of models that hang together with each model; 0 for single ones."""
-    is_in_part = verdicts.part >= 0
-    sizes = np.zeros(len(verdicts.part), dtype=np.int64)
-    part = verdicts.part[is_in_part]
-    sizes[is_in_part] = np.bincount(part)[part]
-    return sizes
-
-
-def _said(verdicts, model, kind, part_sizes):
-    """Why a model could not be determined, and how to mend it."""
-    needs = determinacy.LEAST_POINTS[kind != "helmert"]
-    n_ties, n_control = int(verdicts.n_ties[model]), int(verdicts.n_control[model])
-    verdict = verdicts.verdict[model]
-    shared = "common with other models or the control"
-    if verdict == determinacy.FEW_TIES:
-        return (
-            f"{_points(n_ties)} {shared}, but {kind} needs {needs}",
-            "Measure more common points in it, or merge it with its neighbour",
-        )
-    if verdict == determinacy.TIES_ON_LINE:
-        return (
-            f"its points {shared} lie on a line or in one place",
-            "Measure a common point away from that line",
-        )
-    together = typesetting.count(part_sizes[model], "model")
-    part = f"the part of the block it belongs to, {together},"
-    if verdict == determinacy.NO_CONTROL:
-        has = _points(n_control, "control point")
-        return (
-            f"{part} has {has}, but {kind} needs {needs}",
-            "Tie it to the rest of the block, or give it control points",
-        )
-    if verdict == determinacy.CONTROL_ON_LINE:
-        return (
-            f"the control of {part[:-1]}, lies on a line or in one place",
-            "Give it a control point away from that line",
-        )
-    return (
-        (
-            "it can move against the rest of the block: too few points tie it, or the "
-            "part it belongs to"
-        ),
-        "Measure more points that tie it to its neighbours, or give it control points",
-    )
-
-
-def _points(count, noun="point"):
-    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+    Those without gross errors, by least squares, times the variance of the norm.
+    """
+    given = tables, weighed.part, weighed.factors
+    d = weighed.part.observations.control.shape[1]
+    norms = [NORMS[name][d] for name in norms_of(options.outliers)]
+    ratio = variance_by_norm(*given, weighed.block, norms)
+    return covariances(*given, weighed.block.solution).points * ratio
 
 
 def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
@@ -445,6 +438,8 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
     known = covariances(tables, part, weighed.factors, solution)
+    if options.outliers in NORMS and has_images(tables):
+        known = replace(known, points=_of_norm(tables, weighed, options))
     points = point_table(tables, part, cleaned, known.points)
     residuals = residual_table(
         tables, part, cleaned, control, options.significance, known.residuals

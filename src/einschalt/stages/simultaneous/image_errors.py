@@ -24,9 +24,12 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_observations,
 )
 from einschalt.theory.block_adjustment.gross_errors import OUT
+from einschalt.theory.block_adjustment.norm_precision import variances_by_norm
 
 # standard errors from so many draws are known to 2.5 per cent
 N_DRAWS = 800
+# one ratio of variances of all points: known to two per cent
+N_NORM_DRAWS = 60
 NUMBERS_AT_ONCE = 4_000_000
 
 
@@ -41,6 +44,9 @@ class MeasuredImages:
     # (n_centres, 2): pair and side (0 left, 1 right) of the projection centres that
     # follow the model points, if they do
     centres: np.ndarray | None = None
+    # share of image points that are much worse than the others, and how many times;
+    # ``standard_error`` is the root mean square of all
+    tails: tuple[float, float] = (0.0, 1.0)
 
 
 def centres_behind(errors, centres):
@@ -128,6 +134,24 @@ def _drawn(tables, part, factors, solution):
     return of_points / N_DRAWS, of_residuals / N_DRAWS, of_control / N_DRAWS
 
 
+def variance_by_norm(tables, part, factors, block, norms):
+    """Variance of the points by a robust norm over that by least squares.
+
+    ``block`` is the OutlierFreeBlock without gross errors, ``norms`` those that were
+    used one after the other. Errors of image points are drawn with their tails.
+    """
+    solution = block.solution
+    draw = _drawing(tables, part, factors, solution, with_tails=True)
+    observations = solution.observations
+    n_numbers = observations.control.shape[1] * len(observations.model)
+    rng, sums = np.random.default_rng(1971), np.zeros(2)
+    for n_draws in draws_in_parts(N_NORM_DRAWS, n_numbers, NUMBERS_AT_ONCE):
+        control = observations.drawn_control(rng, n_draws)
+        errors = draw(rng, n_draws)
+        sums += variances_by_norm(solution, errors, control, norms, ~block.is_out)
+    return float(sums[1] / sums[0])
+
+
 def has_images(tables):
     """Whether any model was formed from images."""
     return any(images is not None for images in tables.images)
@@ -150,8 +174,11 @@ def judge_of(part, drawn):
     return judge
 
 
-def _drawing(tables, part, factors, solution):
-    """Function that draws errors of all measured points of a part on the ground."""
+def _drawing(tables, part, factors, solution, *, with_tails=False):
+    """Function that draws errors of all measured points of a part on the ground.
+
+    Normal ones, or (``with_tails``) those of image points with a share of worse ones.
+    """
     observations = solution.observations
     row = tables.row[part.rows]
     # groups of a flight follow each other, that of its points in plan first
@@ -160,16 +187,29 @@ def _drawing(tables, part, factors, solution):
     for k, start, images, chain in image_chains(tables, part, solution):
         rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
         error = images.standard_error * factors[k * n_groups]
-        chains.append((rows, row[rows] - start, error, chain))
+        tails = images.tails if with_tails else (0.0, 1.0)
+        chains.append((rows, row[rows] - start, error, tails, chain))
 
     def draw(rng, n_draws):
         every = observations.drawn_errors(rng, n_draws, solution.linear)
-        for rows, of_chain, error, chain in chains:
-            moved = chain.apply(chain.axes.draw(rng, error, n_draws))
+        for rows, of_chain, error, tails, chain in chains:
+            drawn = chain.axes.draw(rng, error, n_draws)
+            if tails[0] > 0.0:
+                drawn *= _worse(rng, tails, drawn.shape, len(error))
+            moved = chain.apply(drawn)
             every[rows] = moved.reshape(chain.n_points, -1, n_draws)[of_chain]
         return every
 
     return draw
+
+
+def _worse(rng, tails, shape, n_points):
+    """Sizes of the errors of points with tails, of mean square 1."""
+    share, factor = tails
+    is_worse = rng.random((n_points, shape[1])) < share
+    size = np.where(is_worse, factor, 1.0)
+    size /= np.sqrt(1.0 - share + share * factor**2)
+    return np.repeat(size, shape[0] // n_points, axis=0)
 
 
 def image_chains(tables, part, solution):

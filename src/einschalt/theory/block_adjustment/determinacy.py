@@ -16,6 +16,8 @@ from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 
 FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
+# of models that are given up only while the block is adjusted
+CONTRADICTED, RESTLESS = 6, 7
 LEAST_POINTS = {True: 3, False: 2}  # affine, helmert
 # smaller principal extent over larger one, below which points lie on a line
 ON_LINE = 1e-6
@@ -27,7 +29,8 @@ NEAR_LINE = 0.01
 class Determinacy:
     """Which models of a block can be determined."""
 
-    # (n_models,): FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE
+    # (n_models,): FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE,
+    # CONTRADICTED, RESTLESS
     verdict: np.ndarray
     # (n_models,): points that control or another determined model holds as well
     n_ties: np.ndarray

@@ -20,6 +20,7 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_control,
     judge_observations,
 )
+from einschalt.theory.block_adjustment.determinacy import loose_models
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
 MOST_STEPS = 100
@@ -27,10 +28,23 @@ MOST_STEPS = 100
 NEARLY_WORST = 0.5
 # models over which a wrong given point may make others look wrong
 REACH = 2
+# share of what others check of a model, above which it is the model that is wrong
+MOST_LOST = 0.5
 MOST_ITERATIONS = 50
 TOLERANCE = 1e-3
 LEAST_FACTOR = 1e-9
 NORMS = {"huber": HUBER, "tukey": TUKEY}
+
+
+class ContradictedModelError(ArithmeticError):
+    """The measurements of a spatial model contradict the block, most of them or all.
+
+    ``model`` of so many models; it has lost the largest share of its measurements.
+    """
+
+    def __init__(self, model, n_models):
+        super().__init__(f"model {model} of {n_models} contradicts the block")
+        self.model, self.n_models = model, n_models
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +94,8 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
     good control look wrong as well, so all of it is judged once more in the end.
     ``significance`` is the probability with which a model without gross errors loses a
     point. ``judge(solution, is_out)`` gives the BlockTests of the observations.
+    Raises ContradictedModelError for a spatial model that loses most of its
+    measurements, or its hold: only what was taken out would place it, anywhere.
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
@@ -98,11 +114,30 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
         else:
             break
         solution = _without(solution, given, is_out, is_aside)
+        _require_hold(solution, is_out, np.isfinite(tests.p_value))
     if not is_aside.any():
         return OutlierFreeBlock(solution, is_out, is_aside)
     solution = _without(solution, given, is_out, np.zeros_like(is_aside))
     verdict = examine_control(solution, significance)
     return OutlierFreeBlock(verdict.without, is_out, verdict.is_suspect)
+
+
+def _require_hold(solution, is_out, is_tested):
+    """Refuse a spatial model that hangs on what was taken out.
+
+    Or that has lost most of what others check of it: no estimate stands against a
+    majority, and it is the model that is wrong.
+    """
+    observations = solution.observations
+    if not observations.is_in_space:
+        return
+    model, n_models = observations.model, observations.n_models
+    n_rows = np.bincount(model[is_tested | is_out], minlength=n_models)
+    n_out = np.bincount(model[is_out], minlength=n_models)
+    is_lost = (loose_models(solution) & (n_out > 0)) | (n_out > MOST_LOST * n_rows)
+    if is_lost.any():
+        share = np.where(is_lost, n_out / np.maximum(n_rows, 1), 0.0)
+        raise ContradictedModelError(int(share.argmax()), n_models)
 
 
 def with_all_control(block, given) -> CleanedBlock:
@@ -184,6 +219,11 @@ def _worst_rows(solution, tests, is_out, significance):
     return rows[np.unique(point[rows], return_index=True)[1]]
 
 
+def norms_of(name):
+    """Names of the norms that are used one after the other."""
+    return ("huber", "tukey") if name == "tukey" else (name,)
+
+
 def downweight(block, given, norm_name) -> CleanedBlock:
     """Give observations with large residuals less weight (iteratively).
 
@@ -195,7 +235,7 @@ def downweight(block, given, norm_name) -> CleanedBlock:
     # what was taken out comes back, with little weight
     n_back = block.solution.residuals.shape[1] * np.count_nonzero(block.is_out)
     solution = replace(block.solution, redundancy=block.solution.redundancy + n_back)
-    for name in ("huber", "tukey") if norm_name == "tukey" else (norm_name,):
+    for name in norms_of(norm_name):
         solution = _weighted(solution, NORMS[name], given.standard_error)
     if block.is_wrong.any():
         error = solution.observations.standard_error

@@ -188,21 +188,22 @@ class _Task(BlockInOrder):
         place = start.arranged(lambda values: values[self.ordering.order])
         control = self.control_from(place.origin)
         bent = np.zeros((len(place.scale), self._bent.shape[2]))
-        before, share, most = None, 1.0, FULL
+        before, share, held, hold = None, 1.0, 0, 1
         now = self._pass(place, bent, control)
         for _ in range(MOST_PASSES):
             if before is not None and now.squares > before.squares * (1.0 + GROWS):
                 order, share = POSITIVE, share / 2.0
-                if before.order == FULL:  # it led uphill: no minimum is near
-                    most, share, place, bent = POSITIVE, 1.0, before.place, before.bent
-                    before = self._pass(place, bent, control, before.residuals, order)
+                if before.order == FULL:  # it led uphill: no minimum is near as yet
+                    share, held, hold = 1.0, hold, 2 * hold
+                    stood = before.place, before.bent
+                    before = self._pass(*stood, control, before.residuals, order)
             elif not np.isfinite(now.size):
                 break
             elif now.size < settled or now.is_settled:
                 return self._solution(now, control)
             else:
-                order = min(most, _next_order(now, before))
-                before, share = now, min(1.0, 2.0 * share)
+                order = min(POSITIVE if held else FULL, _next_order(now, before))
+                before, share, held = now, min(1.0, 2.0 * share), max(0, held - 1)
             now = self._pass(*before.moved(share), control, before.residuals, order)
         worst = int(self.ordering.order[now.moves.argmax()])
         raise NoConvergenceError(now.size, worst, self.incidence.n_models)
@@ -225,7 +226,7 @@ class _Task(BlockInOrder):
         return _Pass(place, bent, extent, solver, found, *stand, order)
 
     def _as_they_stand(self, solver, bent, right, found):
-        """Residuals of models before their step, with the points that fit them best.
+        """Models before their step: the points that fit them best, and residuals.
 
         Then Σ w v² of measurements, control and deformations, and the part of it that
         half of the step would take away.
@@ -239,7 +240,7 @@ class _Task(BlockInOrder):
         squares += np.einsum("na,nab,nb->", away, weight, away)
         slope = solver.system.gradient(residuals) + solver.prior[:, None] * parameters
         decrease = np.sum(slope * (parameters - found))
-        return residuals[:, :, 0], float(squares), float(decrease)
+        return points[:, :, 0], residuals[:, :, 0], float(squares), float(decrease)
 
     def _arms(self, place):
         """Points from the centre of their model, on the ground."""
@@ -270,13 +271,15 @@ class _Task(BlockInOrder):
 
     def _solution(self, last, control):
         """The block after its last step; its variances are those of a linear one."""
-        if last.order != LINEAR:
-            last = self._pass(last.place, last.bent, control)
-        (place, _), order = last.moved(), self.ordering.order
-        found, extent, solver = last.found, last.extent, last.solver
+        found, order = last.found, self.ordering.order
+        place, bent = last.moved()
         points, residuals = found.points[:, :, 0], found.residuals[:, :, 0]
+        if last.order != LINEAR:
+            # it stays there: a linear step may lead away again, and far
+            last = self._pass(place, bent, control)
+            points, residuals = last.points, last.residuals
+        extent, solver = last.extent, last.solver
         n_unknowns = N_UNKNOWNS * self.given.n_models
-        bent = found.parameters[:, N_UNKNOWNS:, 0]
         fields = self.common_fields(
             points, residuals, control, place.origin, n_unknowns
         )
@@ -299,7 +302,8 @@ class _Pass:
     extent: np.ndarray  # (n_models,): unit of scale and turn [m]
     solver: Solver
     found: Projection
-    residuals: np.ndarray  # (n_rows, 3): as the models stand [m]
+    points: np.ndarray  # (n_points, 3): as the models stand [m]
+    residuals: np.ndarray  # (n_rows, 3): likewise
     squares: float  # Σ w v², likewise
     decrease: float  # of it, by half of the step: the step squared, over its variance
     order: int  # which second derivatives it counts
