@@ -16,6 +16,7 @@ from einschalt.pipeline.assessment.choice import (
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     with_exchanged_names,
 )
+from einschalt.pipeline.block.block import with_errors_as_shown
 from einschalt.pipeline.block.memory import require_memory
 from einschalt.pipeline.block.output_system import with_output_system
 from einschalt.pipeline.densification.iteration import require_iterable
@@ -86,6 +87,7 @@ def densify(
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
         flights = _orient(block, settings)
+        block = with_errors_as_shown(block, settings.outliers)
         if settings.earth_curvature == "treated":
             flights = bend_flights(block, flights)
         asked = block, settings, flights, report_progress

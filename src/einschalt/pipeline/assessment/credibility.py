@@ -447,7 +447,7 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
     if is_shared and examined.propagation is not None:
         return _drawn_misfit(examined)
     scale = block.high_flight.scale_number
-    m_g = ground_from_image_um(block.high_flight.m_g_um, scale)
+    m_g = ground_from_image_um(block.high_flight.m_g_counted_um, scale)
     control = block.control_points["standard_error_m"].to_numpy(dtype=float)
     bent = ground_from_image_um(
         error_of_orientations(examined.orientations, HIGH), scale

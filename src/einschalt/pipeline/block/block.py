@@ -7,7 +7,7 @@ stop a block: it is found here as well (``model_problems``), and becomes a row o
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +20,15 @@ from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
 from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.names import encode_pairs
+from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
 from einschalt.pipeline.settings import Settings
 from einschalt.stages.identical_points import ROW_NAMES
+from einschalt.stages.relative_orientation.shown_errors import errors_as_shown
+from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.interior_orientation import Camera
 from einschalt.theory.measuring_error import m_g_of_mean
@@ -147,6 +150,16 @@ class Flight:
         xy = self.camera.xy_from_measured(measured)
         return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
 
+    @property
+    def tails(self) -> tuple[float, float]:
+        """Share of much worse points, and how many times: here none."""
+        return 0.0, 1.0
+
+    @property
+    def m_g_counted_um(self) -> float:
+        """Error of a setting that is counted with, TOTAL [µm]: here the stated one."""
+        return self.m_g_um
+
     def m_g_um_of(self, model_points: pd.DataFrame) -> NDArray[np.float64]:
         """TOTAL error of each measured point [µm], shape (n_rows,).
 
@@ -155,7 +168,7 @@ class Flight:
         n_settings = np.ones(len(model_points))
         if "n_settings" in model_points:
             n_settings = model_points["n_settings"].to_numpy(dtype=float)
-        return m_g_of_mean(self.m_g_um, n_settings)
+        return m_g_of_mean(self.m_g_counted_um, n_settings)
 
     def ground_error_of(self, measured: pd.DataFrame) -> NDArray[np.float64]:
         """Error of each measured coordinate on the ground, shape (n_rows,) [m].
@@ -207,6 +220,24 @@ FIELD_KINDS = {
     "group_errors_m": (Mapping, "a dict of metres by table"),
     "correlation_lengths_m": (Mapping, "a dict of metres by table"),
 }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlightAsShown(Flight):
+    """A flight whose image points have larger errors than stated, as they show.
+
+    A share of them is much worse than the others; ``over_given`` is the root mean
+    square of all errors over the stated one, ``tails`` their share and how many times
+    as large their errors are.
+    """
+
+    over_given: float = field(default=1.0, kw_only=True)
+    tails: tuple[float, float] = field(default=(0.0, 1.0), kw_only=True)
+
+    @property
+    def m_g_counted_um(self) -> float:
+        """Error of a setting that is counted with, TOTAL [µm]: the one that shows."""
+        return self.m_g_um * self.over_given
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -342,3 +373,21 @@ class Block:
 def plain_fields(block):
     """Fields of a block or flight as a dict, without copying the tables."""
     return {f.name: getattr(block, f.name) for f in fields(block)}
+
+
+def with_errors_as_shown(block, outliers):
+    """Count with the errors that image points show where they are larger than stated.
+
+    As they are where ``outliers`` are kept, taken out or given less weight.
+    """
+    shown = {}
+    for name, flight in block.flights.items():
+        if not flight.has_images:
+            continue
+        pairs = image_pairs(flight.image_coordinates(), with_coverage(flight.models))
+        given = flight.principal_distance_mm, flight.m_g_um, outliers
+        over_given, tails = errors_as_shown(pairs, *given) or (1.0, (0.0, 1.0))
+        if over_given > 1.0 or tails[0] > 0.0 or isinstance(flight, FlightAsShown):
+            stated = {f.name: getattr(flight, f.name) for f in fields(Flight)}
+            shown[name] = FlightAsShown(**stated, over_given=over_given, tails=tails)
+    return replace(block, **shown) if shown else block

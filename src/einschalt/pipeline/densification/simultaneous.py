@@ -14,7 +14,7 @@ from einschalt.foundations.arguments import (
     require_kind,
 )
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
-from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.block.block import Block, with_errors_as_shown
 from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
@@ -155,6 +155,7 @@ def adjust_block(
     if kind == SPATIAL:
         _require_spatial(block, oriented, given)
     kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
+    block = with_errors_as_shown(block, outliers)
     if block.settings.earth_curvature == "treated":
         oriented = bend_flights(block, oriented, kind)
     return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
@@ -367,6 +368,7 @@ def _images_behind(flight, oriented, kind):
         flight.ground_error_of(flight.image_points),
         flight.scale_number,
         centres,
+        flight.tails,
     )
 
 

@@ -20,6 +20,9 @@ from einschalt.theory.relative_orientation.condition_tests import linear_conditi
 from einschalt.theory.relative_orientation.coplanarity import ORIENTED
 from einschalt.theory.relative_orientation.robust_orientation import orient_robustly
 
+# a smaller share far out changes nothing that anyone would do
+LEAST_FAR_OUT = 0.01
+
 
 def find_tails_of_pairs(pairs, ordinary) -> HeavyTails | None:
     """Tell good image points of all pairs from a share of worse ones.

@@ -10,13 +10,14 @@ from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
-from einschalt.theory.relative_orientation.tails_of_pairs import find_tails_of_pairs
+from einschalt.theory.relative_orientation.tails_of_pairs import (
+    LEAST_FAR_OUT,
+    find_tails_of_pairs,
+)
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM
 # an image point lies in two models at most of its strip: their residuals repeat it
 MODELS_OF_IMAGE = 2
-# a smaller share far out changes nothing that anyone would do
-LEAST_FAR_OUT = 0.01
 WEIGHED_DOWN = ("huber", "tukey")
 IMAGE_RESIDUALS = [
     f"residual_{name}" for name in ("x_left", "y_left", "x_right", "y_right")

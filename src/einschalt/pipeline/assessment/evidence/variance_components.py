@@ -137,9 +137,12 @@ def estimate_components(examined, low):
         CONTROL: float(control),
         **{name: float(flight.m_g_um) for name, flight in block.flights.items()},
     }
+    # factors are those of the errors that were counted with
+    counted = {name: flight.m_g_counted_um for name, flight in block.flights.items()}
+    counted = given | counted
     return BlockComponents(
         **{
-            source: Component(size, *found.scaled(source, size))
+            source: Component(size, *found.scaled(source, counted[source]))
             for source, size in given.items()
         }
     )

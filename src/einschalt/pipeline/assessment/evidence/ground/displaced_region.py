@@ -47,6 +47,7 @@ from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     together,
 )
 from einschalt.pipeline.assessment.evidence.without_gross_errors import gross_rows
+from einschalt.pipeline.block.block import with_errors_as_shown
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.two_steps import (
     TwoStepSolution,
@@ -104,7 +105,10 @@ class BesideDisplacedRegion:
         """
         is_in_two_steps = isinstance(self.solution, TwoStepSolution)
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
-        settings = self.solution.settings if settings is None else settings
+        if settings is None:
+            settings = self.solution.settings
+        elif settings.outliers != self.solution.settings.outliers:
+            block = with_errors_as_shown(block, settings.outliers)
         flights = self.two_step.solution.flights if flights is None else flights
         return type(self)(solve(block, settings, flights, _in_silence))
 

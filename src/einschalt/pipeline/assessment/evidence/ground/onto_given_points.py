@@ -73,7 +73,7 @@ def _measured(two_step, model):
         # heights may have others
         return sizes if sizes.ndim == 1 else sizes[:, 0]
     of_models = error_of_orientations(two_step.orientations, LOW)
-    error = np.hypot(low.m_g_um, of_models)
+    error = np.hypot(low.m_g_counted_um, of_models)
     return np.full(n_points, ground_from_image_um(error, low.scale_number) / SQRT2)
 
 
