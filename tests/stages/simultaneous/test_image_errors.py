@@ -92,13 +92,16 @@ def test_s_0_is_1_where_errors_are_as_large_as_stated(eight):
     assert by_weights - 1.0 > 3.0 * scatter
 
 
-def test_s_0_follows_the_sizes_of_the_image_errors(block):
-    """Errors of heights are estimated, so that weights alone would hide a third."""
+def test_image_errors_that_show_are_counted_and_s_0_stays_1(block):
+    """Half of the true m_g: residuals of the images tell the other half."""
     low = block.low_flight
     other = replace(block, low_flight=replace(low, m_g_um=0.5 * low.m_g_um))
     asked = {"kind": "helmert_3d", "flights": "low"}
-    one, two = (es.adjust_block(b, **asked).s_0 for b in (block, other))
-    assert two / one == pytest.approx(2.0, rel=0.1)
+    one, two = (es.adjust_block(b, **asked) for b in (block, other))
+    assert two.s_0 == pytest.approx(one.s_0, rel=0.02)
+    errors = [f"standard_error_{axis}" for axis in AXES]
+    claimed, counted = (np.sqrt((a.points[errors] ** 2).mean()) for a in (one, two))
+    np.testing.assert_allclose(counted, claimed, rtol=0.1)
 
 
 @pytest.mark.parametrize("level", [0.1, 0.01, 0.001])
