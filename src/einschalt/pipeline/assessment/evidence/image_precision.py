@@ -6,6 +6,7 @@ from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.variance_components import Component
 from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.shown_errors import MODELS_OF_IMAGE
 from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
@@ -16,8 +17,6 @@ from einschalt.theory.relative_orientation.tails_of_pairs import (
 )
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM
-# an image point lies in two models at most of its strip: their residuals repeat it
-MODELS_OF_IMAGE = 2
 WEIGHED_DOWN = ("huber", "tukey")
 IMAGE_RESIDUALS = [
     f"residual_{name}" for name in ("x_left", "y_left", "x_right", "y_right")

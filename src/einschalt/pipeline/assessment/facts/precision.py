@@ -207,8 +207,10 @@ def _estimated(examined):
 
 def _height_errors(adjusted):
     sizes = adjusted.components.set_index("group")["standard_error_m"]
-    flights = adjusted.tables.flights
-    return tuple((name, float(sizes[f"{name}, height"])) for name in flights)
+    groups = {name: f"{name}, height" for name in adjusted.tables.flights}
+    # a flight all of whose models were left out has no errors
+    known = {name: group for name, group in groups.items() if group in sizes}
+    return tuple((name, float(sizes[group])) for name, group in known.items())
 
 
 def _unstated(examined):
