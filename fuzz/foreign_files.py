@@ -206,6 +206,43 @@ SENSORS = """\
 # read, and not in the table above
 MORE = {"Orientation-a.tif.xml": ORIENTATION, "a.snx": SINEX, "a.dxf": DXF}
 MORE["cameras.xml"] = SENSORS
+MORE["camera_models.json"] = """\
+{"v2 x": {"projection_type": "brown", "width": 4000, "height": 3000, "focal_x": 0.85,
+"focal_y": 0.86, "c_x": 0.01, "c_y": -0.02, "k1": 0.1, "k2": 0, "p1": 0, "p2": 0}}
+"""
+MORE["a.p4d"] = """\
+<?xml version="1.0"?>
+<pix4dmapper><inputs><cameras><camera name="FC330">
+<imageWidth>4000</imageWidth><imageHeight>3000</imageHeight><pixelSize>1.5</pixelSize>
+<principalPointXmm>3</principalPointXmm><principalPointYmm>2.25</principalPointYmm>
+<lensType>perspective</lensType><focalLengthmm>3.75</focalLengthmm>
+<radialK1>-0.001</radialK1><tangentialT1>0.0005</tangentialT1></camera></cameras>
+<coordinateSystems><gcp><WKT>EPSG:21781</WKT></gcp></coordinateSystems>
+<gcps><GCP label="P1" id="0" type="3DGCP" x="532575" y="151907" z="396"
+lat="46.5" lon="6.6" alt="396" accuracyXY="0.02" accuracyZ="0.02"/></gcps>
+<images><image path="C:\\a\\1.jpg" enabled="true">
+<imageGCP x="562.3" y="2047.5" id="0"/></image></images></inputs></pix4dmapper>
+"""
+MORE["p_calibrated_camera_parameters.txt"] = """\
+fileName imageWidth imageHeight
+camera matrix K [3x3]
+radial distortion [3x1]
+tangential distortion [2x1]
+camera position t [3x1]
+camera rotation R [3x3]
+camera model m = K [R|-Rt] X
+
+1.jpg 4000 3000
+2300 0 2010
+0 2310 1490
+0 0 1
+0.05 -0.02 0.003
+0.001 -0.002
+10 20 100
+0 1 0
+1 0 0
+0 0 -1
+"""
 
 # as Metashape 1.2 and later write it
 MARKERS = """\

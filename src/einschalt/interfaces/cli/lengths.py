@@ -33,7 +33,7 @@ OPTIONS = {
         *("image_format", "principal_distance", "principal_distance_mm", "base"),
         "wing",
     ),
-    "µm": ("m_g_um", "high_m_g_um", "low_m_g_um", "gross_error_um"),
+    "µm": ("m_g_um", "high_m_g_um", "low_m_g_um", "gross_error_um", "pixel_size_um"),
     SHARE: ("forward_overlap", "side_overlap"),
     SCALE: ("high_scale", "low_scale"),
 }
