@@ -54,6 +54,7 @@ def test_images_that_no_reconstruction_has_are_left_out_and_named(tmp_path):
         (HEADS[V1] + V1.replace("0.25", "nan"), "row 2: .* cannot be read"),
         (HEADS[V1] + V1.replace("a.jpg", "c.jpg"), "size of image c.jpg is unknown"),
         (HEADS[V1], "holds no point of a track"),
+        (HEADS[V1] + "\ufeff", "holds no point of a track"),
         ("OPENSFM_TRACKS_VERSION_v9\n" + V1, "row 1: tracks of version '9'"),
     ],
 )

@@ -4,6 +4,7 @@
 sizes stand in ``reconstruction*.json`` beside it. Millions of rows are usual.
 """
 
+import codecs
 import re
 
 import numpy as np
@@ -23,6 +24,7 @@ from einschalt.interfaces.programs.foreign import Foreign
 N_COLUMNS = {"1": 9, "2": 11}  # of each version, as OpenSfM itself demands
 IMAGE, TRACK, X, Y = "0", "1", "3", "4"
 READ = [IMAGE, TRACK, X, Y]
+BLANKS = b" \t\r\n" + codecs.BOM_UTF8
 LINE_END = re.compile(rb"\r\n|\r|\n")
 NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 LARGEST_BLOCK = 2**31 - 1  # of pyarrow
@@ -48,7 +50,8 @@ def read_tracks(file) -> Foreign:
         "the longer side, and more"
     )
     nothing = damaged(file.source, "holds no point of a track", expected)
-    if not data[start:].strip():  # which pyarrow refuses in words of its own
+    # which pyarrow refuses in words of its own
+    if not data[start:].strip(BLANKS):
         raise nothing
     table, rows, torn = _parted(pa.py_buffer(data).slice(start), n_columns)
     places, is_bad = _numbers(table)
