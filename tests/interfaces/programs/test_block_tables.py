@@ -109,6 +109,13 @@ def test_what_is_no_control_is_refused_by_its_name(small_block):
     )
 
 
+CAMERAS = {
+    "cameras.xml",
+    "camera_models.json",
+    "p_calibrated_camera_parameters.txt",
+}
+
+
 @pytest.mark.parametrize("name", [*READ, *MORE])
 def test_init_sees_what_a_file_holds(tmp_path, name):
     """As tables of a block, with the rows that convert would write."""
@@ -121,7 +128,7 @@ def test_init_sees_what_a_file_holds(tmp_path, name):
         return
     found = {one.kind: one for one in look_at(file, Said())}
     expected = {"control_points": "ground", "image_points": "image_points"}
-    kind = "camera" if name == "cameras.xml" else "ground"
+    kind = "camera" if name in CAMERAS else "ground"
     kind = expected[READ[name][1]] if name in READ else kind
     assert kind in found
     if name in READ:
