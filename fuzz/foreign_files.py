@@ -223,7 +223,7 @@ lat="46.5" lon="6.6" alt="396" accuracyXY="0.02" accuracyZ="0.02"/></gcps>
 <images><image path="C:\\a\\1.jpg" enabled="true">
 <imageGCP x="562.3" y="2047.5" id="0"/></image></images></inputs></pix4dmapper>
 """
-MORE["p_calibrated_camera_parameters.txt"] = """\
+PIX4D_PARAMETERS = """\
 fileName imageWidth imageHeight
 camera matrix K [3x3]
 radial distortion [3x1]
@@ -232,7 +232,8 @@ camera position t [3x1]
 camera rotation R [3x3]
 camera model m = K [R|-Rt] X
 
-1.jpg 4000 3000
+image 1.jpg 4000 3000
+
 2300 0 2010
 0 2310 1490
 0 0 1
@@ -242,7 +243,18 @@ camera model m = K [R|-Rt] X
 0 1 0
 1 0 0
 0 0 -1
+b.jpg 4000 3000
+2300 0 2010
+0 2310 1490
+0 0 1
+0.05 -0.02 0.003
+0.001 -0.002
+30 20 100
+1 0 0
+0 -1 0
+0 0 -1
 """
+MORE["p_calibrated_camera_parameters.txt"] = PIX4D_PARAMETERS
 
 # as Metashape 1.2 and later write it
 MARKERS = """\

@@ -343,6 +343,15 @@ def test_two_cameras_are_not_chosen_between_in_silence(invoke, of_images, tmp_pa
     shown = invoke("init", tmp_path / "b", *given)
     assert shown.exit_code == 2
     assert "camera_models.json, cameras.json hold a camera each" in shown.stderr
+    models = json.loads((of_images / "camera_models.json").read_text())
+    both = json.dumps({**models, "d": models["c"]})
+    (tmp_path / "cameras.json").write_text(both)
+    tables = [path for path in files if path.suffix == ".csv"]
+    given = ("--from", *tables, tmp_path / "cameras.json", "--pixel-size-um", "12")
+    shown = invoke("init", tmp_path / "b", *given, "--yes")
+    assert shown.exit_code == 2
+    assert "cameras.json: holds several cameras; expected one camera." in shown.stderr
+    assert not (tmp_path / "b").exists()
 
 
 def test_a_sheet_or_a_layer_can_be_named_behind_its_file(invoke, export, tmp_path):

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from fuzz.foreign_files import PIX4D_PARAMETERS as PARAMETERS
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.rotations import rotation_from_angles
@@ -73,6 +74,17 @@ def test_cameras_of_colmap_map_rays_as_opencv(
     pixels = seen_by(found.cameras["1"], rays)
     np.testing.assert_allclose(pixels, expected_of(rays, *constants), atol=1e-9)
     assert any("add pixel_size_um" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("width", ["0", "-4000", "1e300"])
+def test_cameras_of_colmap_without_a_size_are_refused(tmp_path, width):
+    colmap_with(tmp_path, ("PINHOLE", (FX, FY, CX, CY)))
+    path = tmp_path / "cameras.txt"
+    path.write_text(path.read_text().replace("4000", width))
+    with pytest.raises(
+        EinschaltError, match=r"row 1: the size of camera 1 is \S+ x 3000"
+    ):
+        read_foreign(tmp_path)
 
 
 def test_cameras_of_colmap_that_are_no_frames_are_left_out(tmp_path):
@@ -154,39 +166,6 @@ def test_wrong_cameras_of_opensfm_are_refused(tmp_path, camera, said):
         opensfm_with(tmp_path, {"c": camera})
     with pytest.raises(EinschaltError, match=r"reconstruction\.json: "):
         opensfm_with(tmp_path, {"c": camera}, {"a": SHOT | {"rotation": [1, 2]}})
-
-
-PARAMETERS = """\
-fileName imageWidth imageHeight
-camera matrix K [3x3]
-radial distortion [3x1]
-tangential distortion [2x1]
-camera position t [3x1]
-camera rotation R [3x3]
-camera model m = K [R|-Rt] X
-
-image 1.jpg 4000 3000
-
-2300 0 2010
-0 2310 1490
-0 0 1
-0.05 -0.02 0.003
-0.001 -0.002
-10 20 100
-0 1 0
-1 0 0
-0 0 -1
-b.jpg 4000 3000
-2300 0 2010
-0 2310 1490
-0 0 1
-0.05 -0.02 0.003
-0.001 -0.002
-30 20 100
-1 0 0
-0 -1 0
-0 0 -1
-"""
 
 
 def test_optimised_cameras_of_pix4d_map_rays_as_opencv(tmp_path, rays):

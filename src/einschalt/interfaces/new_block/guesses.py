@@ -15,7 +15,6 @@ from einschalt.foundations.units import METRES_PER_UNIT
 
 # smallest and largest extent of a model that is usual [mm]: 6 cm to 46 cm wide
 USUAL_MODEL_MM = (30.0, 700.0)
-FLIGHTS = ("high_flight", "low_flight")
 HIGH_WORDS = ("high", "hoch", "haut", "alto", "alta", "oben")
 LOW_WORDS = ("low", "tief", "nieder", "bas", "unten")
 ROUND = 0.005  # a scale number as near as that to one of two figures is meant to be it

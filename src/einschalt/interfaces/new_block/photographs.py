@@ -16,8 +16,9 @@ from einschalt.foundations.errors import EinschaltError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID
-from einschalt.interfaces.new_block.guesses import FLIGHTS, Guess
+from einschalt.interfaces.new_block.guesses import Guess
 from einschalt.interfaces.new_block.looked_at import PITCH, Looked
+from einschalt.pipeline.block.facts import FLIGHTS
 from einschalt.pipeline.block.ways_between_systems import standard_errors_of
 from einschalt.stages.relative_orientation.model_choice import (
     LEAST_COMMON,
@@ -76,8 +77,6 @@ def _in_millimetres(proposal, name):
     if camera is None:
         distance = proposal.values.get((name, "principal_distance_mm"))
         return None if distance is None else (points, distance.value)
-    if camera.camera is None:  # one of several in its file: that is told later
-        return None
     pitch = proposal.values.get((name, PITCH))
     more = {} if pitch is None else {PITCH: float(pitch.value)}
     try:

@@ -15,7 +15,6 @@ from einschalt.foundations.language import mark_each
 from einschalt.foundations.names import is_among
 from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.interfaces.new_block.guesses import (
-    FLIGHTS,
     Guess,
     flight_named,
     on_a_plane,
@@ -30,7 +29,7 @@ from einschalt.interfaces.new_block.photographs import (
     may_stand_in,
     transformation_of,
 )
-from einschalt.pipeline.block.facts import RANGES
+from einschalt.pipeline.block.facts import FLIGHTS, RANGES
 
 USUAL_SCALE_NUMBER = 10_000.0
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
@@ -238,9 +237,10 @@ def _flights(found):
     images = [one for one in flights if "image_points" in one]
     for one in of_kind.get("models", []):
         _join(images, "image_points", "image_id", one, "models", "left_image")
-    camera = _camera_of(of_kind.get("camera", []), found)
-    for flight in images if camera is not None else []:
-        flight["camera"] = camera
+    if images and "camera" in of_kind:
+        camera = _camera_of(of_kind["camera"], found)
+        for flight in images:
+            flight["camera"] = camera
     if not flights or len(flights) > 2:
         raise SettingsError(
             "no files hold measurements of a flight"
@@ -279,7 +279,14 @@ def _camera_of(cameras, found):
             expected="the camera of the image points",
             remedy="Name that one after --from, and leave the others out",
         )
-    return next(iter(cameras), None)
+    if cameras[0].camera is None:
+        raise FileError(
+            "holds several cameras",
+            expected="one camera",
+            remedy="Write them with einschalt convert, and name one camera.toml",
+            file=cameras[0].title,
+        )
+    return cameras[0]
 
 
 def _join(flights, key, name, table, kind, own=None):
@@ -326,7 +333,7 @@ def _sizes(tables, known, pitch):
 
 def _scale_of_pixels(table, camera, known, pitch):
     """Scale number of image points in pixels; None where their size is unknown."""
-    pitch = (camera.camera or {}).get(PITCH, pitch)
+    pitch = camera.camera.get(PITCH, pitch)
     if not isinstance(pitch, (int, float)) or not pitch > 0.0:
         return None
     frame = table.frame.assign(x=table.frame["x"] * pitch, y=table.frame["y"] * pitch)

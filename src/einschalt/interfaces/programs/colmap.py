@@ -50,6 +50,7 @@ FRAMES = {
     "OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7)),
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8)),
 }
+LARGEST_SIDE = 1e6  # pixels
 RATIONAL = slice(9, 12)  # k4 to k6 of FULL_OPENCV, of no camera of the project
 # the camera of photogrammetry looks along -z with y up, that of COLMAP along z
 TURNED = np.diag([1.0, -1.0, -1.0])
@@ -121,7 +122,11 @@ def _cameras(lines, announced, source):
     lines = [line for line in lines if line.words]
     _require_count(len(lines), announced, "cameras", source, _last(lines))
     size = numbers_of(lines, source, 2, 4, CAMERA)
-    for line in lines:
+    for line, (width, height) in zip(lines, size, strict=True):
+        if not (min(width, height) >= 1.0 and max(width, height) <= LARGEST_SIDE):
+            name = f"camera {line.words[0]}"
+            found = f"the size of {name} is {width:g} x {height:g}"
+            raise damaged(source, found, CAMERA, line.row)
         count = PARAMETERS.get(line.words[1], len(line.words) - 4)
         if len(line.words) != 4 + count or not all(map(is_finite, line.words[4:])):
             found = f"camera {line.words[0]} has {len(line.words) - 4} parameters"
