@@ -333,7 +333,7 @@ def test_the_size_of_a_pixel_is_refused_where_no_camera_lacks_it(
     assert "is of no camera that these files hold" in shown.stderr
     given = (*files_of(export), "--yes", "--pixel-size-um", "-1")
     shown = invoke("init", tmp_path / "b", *given)
-    assert "expected a number above 0, at most 1000" in shown.stderr
+    assert "expected 0.2 to 1000 (micrometres)" in shown.stderr
 
 
 def test_two_cameras_are_not_chosen_between_in_silence(invoke, of_images, tmp_path):
@@ -633,6 +633,83 @@ def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
     again = invoke("init", tmp_path / "b", *given)
     assert "is there already" in again.stderr
     assert not (tmp_path / "b" / "block.toml").exists()
+
+
+def test_what_is_written_again_is_kept_beside(invoke, tmp_path):
+    source, folder = EXAMPLES / "sxb_strasbourg", tmp_path / "b"
+    given = ("--from", source / "control_points.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    for m_g, kept in (("10", set()), ("11", {"1"}), ("12", {"1", "2"})):
+        before = {path.name: path.read_bytes() for path in folder.glob("*")}
+        shown = invoke("init", folder, *given, "--low-m-g-um", m_g, "--again")
+        assert shown.exit_code == 0, shown.output
+        assert read_block(folder).low_flight.m_g_um == float(m_g)
+        for name in ("block.toml", "low_flight_models.csv"):
+            found = {path.name.split(".")[-2] for path in folder.glob(f"{name}.*.bak")}
+            assert found == kept
+            if kept:
+                newest = folder / f"{name}.{max(kept)}.bak"
+                assert newest.read_bytes() == before[name]
+                assert f"kept as {newest.name}" in shown.stdout
+    refused = invoke("init", folder, *given)
+    assert refused.exit_code == 2
+    assert "write it anew with --again" in refused.stderr
+
+
+def test_a_height_that_lacks_is_told(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype=str)
+    lacking = control.index[control["role"] == "control"][4]
+    control.loc[lacking, "height"] = ""
+    control.to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 0, shown.output
+    said = f"transformation = affine: in plan, without heights: 1 point has none \
+({control['point_id'][lacking]}); with all heights it is helmert_3d"
+    assert said in shown.stdout
+    assert read_block(tmp_path / "b").low_flight.transformation == "affine"
+
+
+@pytest.mark.parametrize("what", ["y downwards", "axes exchanged"])
+def test_photographs_like_a_mirror_are_told_before_anything_is_computed(
+    invoke, tmp_path, what
+):
+    source = EXAMPLES / "sxb_strasbourg"
+    images = pd.read_csv(source / "image_points.csv", dtype={"point_id": str})
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    if what == "y downwards":
+        images["y"] *= -1.0
+    else:
+        names = {"easting": "northing", "northing": "easting"}
+        control = control.rename(columns=names)
+    images.to_csv(tmp_path / "image_points.csv", index=False)
+    control.to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", tmp_path / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    output = " ".join(shown.output.split())
+    assert "all 5 photographs with enough known points are mirrored" in output
+    assert "Change the sign of y of the image points, or exchange" in output
+    assert "write it anew with --again" in output
+    refused = invoke("densify", tmp_path / "b", "--output", tmp_path / "r")
+    assert refused.exit_code == 2
+    assert "are mirrored against" in refused.stderr
+
+
+def test_nothing_but_check_points_is_told(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    control.assign(role="check").to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    assert "all points are check points, onto which no model is fitted" in shown.output
+    # its columns are read, as those of control
+    assert "ignored column" not in shown.output
 
 
 def test_models_are_asked_for_where_no_pair_of_photographs_makes_one(invoke, tmp_path):

@@ -1,9 +1,10 @@
 """Which is easting, and which northing: what the area of a system tells."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.block.axis_order import tells_axes
+from einschalt.pipeline.block.axis_order import mirrored_problems, tells_axes
 
 
 @pytest.mark.parametrize(
@@ -18,3 +19,77 @@ from einschalt.pipeline.block.axis_order import tells_axes
 def test_some_areas_hold_points_with_exchanged_axes_as_well(crs, east, north, told):
     frame = pd.DataFrame({"easting": [east], "northing": [north]})
     assert tells_axes(frame, crs) is told
+
+
+def photographs(n_images=3, n_points=6, seed=1):
+    """Image points of tilted ground from above, and the ground: tables."""
+    rng = np.random.default_rng(seed)
+    ground = pd.DataFrame(
+        {
+            "point_id": [str(number) for number in range(n_points)],
+            "easting": 600_000.0 + rng.uniform(0.0, 900.0, n_points),
+            "northing": 5_300_000.0 + rng.uniform(0.0, 900.0, n_points),
+        }
+    )
+    plan = ground[["easting", "northing"]].to_numpy()
+    turn = np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, n_images))
+    there = (plan - plan.mean(axis=0)) @ [1.0, 1j]
+    here = turn[:, None] * there / 8.0 + rng.normal(0.0, 1.0, (n_images, n_points))
+    images = pd.DataFrame(
+        {
+            "image_id": np.repeat([f"i{n}" for n in range(n_images)], n_points),
+            "point_id": np.tile(ground["point_id"], n_images),
+            "x": here.real.ravel(),
+            "y": here.imag.ravel() + rng.normal(0.0, 1.0, here.size),
+        },
+        index=np.arange(2, 2 + here.size),  # lines of a file
+    )
+    return images, ground
+
+
+def problems_of(images, ground):
+    return mirrored_problems(images, ground, "low_flight", ("images.csv", "known.csv"))
+
+
+def test_photographs_from_above_are_no_mirrors():
+    assert not problems_of(*photographs())
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_photographs_with_one_axis_the_other_way_are_told(axis):
+    images, ground = photographs()
+    (problem,) = problems_of(images.assign(**{axis: -images[axis]}), ground)
+    assert problem.file == "images.csv"
+    assert "all 3 photographs" in problem.found
+    assert "mirrored against known.csv" in problem.found
+
+
+def test_both_axes_the_other_way_are_half_a_turn():
+    images, ground = photographs()
+    assert not problems_of(images.assign(x=-images["x"], y=-images["y"]), ground)
+
+
+def test_one_photograph_from_above_speaks_for_the_axes():
+    """Then it is the others that are wrong, each by itself."""
+    images, ground = photographs()
+    is_first = images["image_id"] == "i0"
+    mixed = images.assign(y=images["y"].where(is_first, -images["y"]))
+    assert not problems_of(mixed, ground)
+
+
+def test_few_points_and_points_on_a_line_tell_no_mirror():
+    images, ground = photographs(n_points=3)
+    assert not problems_of(images.assign(y=-images["y"]), ground)
+    images, ground = photographs()
+    on_line = ground.assign(northing=ground["northing"].mean() + ground["easting"])
+    line = images.merge(on_line, on="point_id")
+    x = (line["easting"] - line["easting"].mean()) / 8.0
+    assert not problems_of(images.assign(x=x.to_numpy(), y=0.0), on_line)
+
+
+def test_points_that_lie_elsewhere_tell_no_mirror():
+    images, ground = photographs()
+    names = ground["point_id"].sample(frac=1.0, random_state=3).to_numpy()
+    wrong = ground.assign(point_id=names)
+    assert not problems_of(images.assign(y=-images["y"]), wrong)
+    assert not problems_of(images, ground.assign(point_id="other"))

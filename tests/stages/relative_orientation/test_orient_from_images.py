@@ -318,6 +318,10 @@ def test_five_points_have_no_sigma(image_pairs):
             r"none of them negative; expected .* Is the origin in a corner\?",
         ),
         (
+            lambda t: t.assign(**{name: 4.0 * t[name] for name in COORDINATES}),
+            r"points 7\d° away from the axis of the camera; expected points up to 63°",
+        ),
+        (
             lambda t: t.assign(**{name: t[name] / 1000.0 for name in COORDINATES}),
             r"Did you give metres\? Multiply them by 1000",
         ),

@@ -147,6 +147,13 @@ FACTS = Part(
                 "stretched_models the stretch"
             ),
         ),
+        "principal_distance_mm": (
+            "mm",
+            (
+                "of heights_out_of_scale the principal distance that would explain "
+                "it; null if flights have none, or several"
+            ),
+        ),
         "largest_per_cent": ("%", "largest stretch that film can have"),
         "reach": ("m", "distance over which the displacements keep their direction"),
         "displacements": (
@@ -162,6 +169,7 @@ FACTS = Part(
         ),
         "n_given": ("", "number of all given points of that kind"),
         "given": ("", "what is displaced, by the name of its table"),
+        "height_of": ("", "whose height is wrong, by the name of its table"),
         "where": ("", "part of all these points in which the region lies"),
         "part_is_told": (
             "",
@@ -371,6 +379,10 @@ FACTS = Part(
             "scale": "heights of models against those of control",
         },
         "given": {
+            "approximate_points": "given approximate points",
+            "control_points": "control points",
+        },
+        "height_of": {
             "approximate_points": "given approximate points",
             "control_points": "control points",
         },

@@ -126,7 +126,7 @@ MEANINGS = mark_each(
             "drift."
         ),
         "heights_out_of_scale": (
-            "Flights whose model heights do not have the scale of control."
+            "Flights whose model heights do not have the scale of the given ones."
         ),
         "broken_heights": (
             "Control heights of which one part lies apart from the other, or bent ones."

@@ -149,7 +149,7 @@ TESTS = mark_each(
         ),
         "heights_out_of_scale": (
             "Whether height differences at control points that were left out grow "
-            "with the height."
+            "with the height; without a high flight, residuals at the given points."
         ),
         "broken_heights": (
             "Whether height differences at control points that were left out have a "

@@ -49,6 +49,13 @@ def init(
             "--schema", help="Also write block.schema.json, for TOML editors."
         ),
     ] = False,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again",
+            help="Write block.toml anew; the old one is kept as block.toml.1.bak.",
+        ),
+    ] = False,
     yes: Annotated[
         bool,
         typer.Option("--yes", "-y", help="Ask nothing: accept all suggestions."),
@@ -81,5 +88,5 @@ def init(
     Reads the files, reports what each of them contains and why, and asks on a terminal
     for missing information. Otherwise it ends with status 2 and names the option; --yes
     accepts all suggestions. Options take precedence over the files. No file is changed
-    or overwritten.
+    or overwritten; what --again replaces is kept under another name.
     """

@@ -14,6 +14,7 @@ import secrets
 import shutil
 import time
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError
@@ -93,6 +94,19 @@ def make_folder(folder) -> Path:
     with said_as_file_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def set_aside(path) -> Path:
+    """Rename what stands in the way of a file, and give its new name.
+
+    That is a free one: block.toml.1.bak, where there is none before.
+    """
+    path = Path(path)
+    names = (path.with_name(f"{path.name}.{number}.bak") for number in count(1))
+    kept = next(name for name in names if not os.path.lexists(name))
+    with said_as_file_error(path):
+        path.rename(kept)
+    return kept
 
 
 def require_writable(folder, *, file=None):

@@ -14,6 +14,7 @@ import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError, name_some
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID
 from einschalt.interfaces.new_block.guesses import Guess
@@ -28,6 +29,10 @@ from einschalt.stages.relative_orientation.model_choice import (
 APPROXIMATE, CONTROL = "approximate_points", "control_points"
 MOST_NAMED = 6
 MODELS_CHOSEN = "chosen: each photograph with its best partners"
+HEIGHTS_LACK = mark(
+    "in plan, without heights: {n:point has|points have} none ({names}); with all "
+    "heights it is helmert_3d"
+)
 CONTROL_ITSELF = "the error of the control points, onto which models go"
 
 
@@ -111,14 +116,24 @@ def may_stand_in(ground, flights):
 
 
 def transformation_of(tables, flights):
-    """Transformation in space, where all heights for it are there; otherwise None."""
+    """Transformation in space, where all heights for it are there; otherwise None.
+
+    In plan where some are lacking, which is told.
+    """
+    if not all("image_points" in flight for flight in flights):
+        return None
     ground = [tables[name] for name in (CONTROL, APPROXIMATE) if name in tables]
-    has_heights = all(_has_heights(one.frame) for one in ground)
-    if has_heights and all("image_points" in flight for flight in flights):
+    given = [_onto(one.frame) for one in ground]
+    if any("height" not in frame for frame in given):
+        return None
+    lacking = [frame[frame["height"].isna()]["point_id"] for frame in given]
+    names = list(dict.fromkeys(pd.concat(lacking).astype(str)))
+    if not names:
         return Guess("helmert_3d", "models of photographs, and control with heights")
-    return None
+    lacking = {"n": len(names), "names": name_some(names, MOST_NAMED)}
+    return Guess("affine", kept(HEIGHTS_LACK, **lacking))
 
 
-def _has_heights(frame):
-    given = frame if "role" not in frame else frame[frame["role"] == "control"]
-    return "height" in given and pd.notna(given["height"]).all()
+def _onto(frame):
+    """Points that models are fitted onto."""
+    return frame if "role" not in frame else frame[frame["role"] == "control"]

@@ -111,7 +111,8 @@ def propose(found, given) -> Proposal:
     pitch = next((said for (_, key), said in given.items() if key == PITCH), None)
     for tables in flights:
         units[id(tables)], scales[id(tables)] = _sizes(tables, known, pitch)
-    _require_metres(known, scales.values())
+    has_pixels = any("camera" in tables for tables in flights)
+    _require_metres(known, scales.values(), has_pixels=has_pixels)
     named = _named(flights, scales)
     for name, tables in named.items():
         proposal.tables |= {(name, key): one for key, one in tables.items()}
@@ -134,7 +135,7 @@ def propose(found, given) -> Proposal:
     return proposal
 
 
-def _require_metres(known, scales):
+def _require_metres(known, scales, *, has_pixels):
     """Refuse control points against which no flight has a possible scale.
 
     A power of ten that makes all scales possible is the unit that they have.
@@ -148,6 +149,13 @@ def _require_metres(known, scales):
         return
     unit = min(could, key=lambda u: abs(np.log(could[u].mean() / USUAL_SCALE_NUMBER)))
     shown = ", ".join(f"1:{number:g}" for number in numbers)
+    if has_pixels:
+        raise TableError(
+            f"the photographs have scales of {shown} against these points",
+            expected=f"scale numbers of {RANGES['scale_number']}",
+            remedy="Correct the size of the pixels, or give the points in metres",
+            file=known.title,
+        )
     raise TableError(
         f"the models have scales of {shown} against these points, as if their "
         f"coordinates were in {unit}",

@@ -1,6 +1,6 @@
 """What is to be thought of a result: judged once, told by others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 
 import numpy as np
@@ -21,6 +21,7 @@ from einschalt.pipeline.assessment.choice import (
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.claim import Claim
+from einschalt.pipeline.assessment.evidence.control.heights import unseen_scale
 from einschalt.pipeline.assessment.examination import (
     SimultaneousExamination,
     TwoStepExamination,
@@ -146,7 +147,9 @@ def assess(result) -> Assessment:
         credible_heights=examined.credible_heights,
         claim_is_supported=_is_supported(examined, is_grave=is_grave),
         claim=examined.claim,
-        height_claim=examined.height_claim,
+        height_claim=replace(
+            examined.height_claim, unseen_scale=unseen_scale(examined)
+        ),
         known_points=known_point_facts(examined),
         flights=flight_facts(examined),
         approximations=approximation_facts(examined),

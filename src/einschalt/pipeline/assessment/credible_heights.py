@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT, RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     where_it_matters,
 )
@@ -15,6 +15,8 @@ from einschalt.stages.error_propagation.error_model import CONTROL
 COLUMN = "standard_error_height"
 # by which heights of models are too large or too small: beyond it no camera explains it
 LEAST_OF_A_UNIT = 0.5
+UNITS = (0.3048, 0.01, 0.001)  # metres
+NEAR_A_UNIT = 0.1  # of logarithms
 
 
 @dataclass(frozen=True)
@@ -70,21 +72,39 @@ def _beside_exchanged_control(total, exchanged):
 def _of_another_unit(examined):
     """What heights are off by that are in another unit than the models, RMS [m].
 
-    No principal distance and no base is taken for one of twice its length.
+    No base is taken for one of twice its length. A principal distance may be, which is
+    no unit unless the ratio is that of one.
     """
     pattern = examined.control_patterns.height
     if pattern is None or pattern.kind is not Kind.SCALE:
         return 0.0
     ratio = abs(pattern.amplitude[0])
-    if ratio < LEAST_OF_A_UNIT:
+    block = examined.block
+    has_images = all(block.flights[name].has_images for name in pattern.flights)
+    is_another = not has_images or _is_of_units(1.0 - pattern.amplitude[0])
+    if ratio < LEAST_OF_A_UNIT or not is_another:
         return 0.0
-    given = examined.block.control_points["height"].to_numpy(dtype=float)
+    known = block.control_points
+    known = block.approximate_points if known is None else known
+    given = known["height"].to_numpy(dtype=float)
     return float(np.sqrt(np.nanmean(given**2)) * ratio / (1.0 + ratio))
+
+
+def _is_of_units(times):
+    """Whether lengths differ by as many times as two units do."""
+    if not times > 0.0:
+        return False
+    apart = np.abs(np.abs(np.log(times)) - np.abs(np.log(UNITS)))
+    return bool(apart.min() < NEAR_A_UNIT)
 
 
 def _excess_of(examined, test):
     """What a test shows beyond the prediction, at the new points, RMS [m]."""
     excess = np.sqrt(max(test.observed**2 - test.predicted**2, 0.0))
+    if test.name == RESIDUALS:
+        # what a pattern does is known; otherwise all errors are larger by a factor
+        is_named = examined.control_patterns.height is not None
+        return 0.0 if is_named else excess / test.predicted * examined.stated_height
     if test.name != LEFT_OUT:
         return excess
     # differences of left-out control hold its own errors: they are larger by a factor,

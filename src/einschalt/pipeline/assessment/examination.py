@@ -57,6 +57,7 @@ from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     BesideDisplacedRegion,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
+from einschalt.pipeline.assessment.evidence.ground.given_heights import given_heights
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
@@ -346,6 +347,7 @@ class TwoStepExamination(Examination):
         return find_exchanged_names(self.solution)
 
     other_targets = cached_property(find_other_targets)
+    given_heights = cached_property(given_heights)
 
     @cached_property
     def reliability(self):

@@ -168,16 +168,30 @@ def with_wrong_control(examined, judges, findings):
 
 
 def _gone_without_control(examined, judges, codes, wrong):
-    """Codes of findings that are gone without some control points."""
-    control = examined.block.control_points
-    others = control[~control["point_id"].isin(wrong)]
-    block = replace(examined.block, control_points=others)
+    """Codes of findings that are gone without some control points.
+
+    Where there is no high flight, without them among the approximate points as well.
+    """
     try:
-        again = examined.computed_again(block)
+        again = examined.computed_again(_without_given(examined.block, wrong))
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not determine the block
         return ()
     return tuple(code for code in codes if code not in remaining)
+
+
+def _without_given(block, wrong):
+    tables = {
+        name: getattr(block, name) for name in ("control_points", "approximate_points")
+    }
+    return replace(
+        block,
+        **{
+            name: table[~table["point_id"].isin(wrong)]
+            for name, table in tables.items()
+            if table is not None
+        },
+    )
 
 
 def with_other_targets(examined, judges, findings):

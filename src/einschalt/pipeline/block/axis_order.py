@@ -4,8 +4,15 @@ import numpy as np
 
 from einschalt.foundations import tables
 from einschalt.foundations.areas_of_use import in_extent
+from einschalt.foundations.batches import (
+    segment_centred,
+    segment_sum,
+    segments_present,
+)
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError, name_some
+from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import encode
 from einschalt.foundations.points_elsewhere import (
     lost_point_problems,
     other_system_problems,
@@ -13,6 +20,11 @@ from einschalt.foundations.points_elsewhere import (
 from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
 from einschalt.pipeline.block.ways_between_systems import PLANE
+from einschalt.theory.block_adjustment.common_parameters import COMPLEX
+
+FEWEST_IN_A_PHOTOGRAPH = 4  # known points, of which two give turn and scale
+# of what is left of the mirror image: below it chance does not make the one fit better
+LEAST_APART = 0.1
 
 
 def where_problems(frame, crs, source, measured):
@@ -72,6 +84,59 @@ def own_axis_problems(frame, system, source):
         f"{label}: {name_some(frame['point_id'].iloc[far])}"
     )
     return problems, [said]
+
+
+def mirrored_problems(images, ground, name, files):
+    """Photographs that all show the ground as a mirror does; one problem, or none.
+
+    Seen from above, points lie in a photograph as they do on the map, turned and
+    smaller. Where only their mirror image fits the map, y of the image points grows
+    downwards, or eastings and northings are exchanged.
+
+    Parameters
+    ----------
+    images : DataFrame
+        image_id, point_id, x, y of the flight ``name``.
+    ground : DataFrame
+        point_id, easting, northing.
+    files : tuple of str
+        Of the image points, and of the ground.
+    """
+    names = encode(images["point_id"])
+    place = encode(ground["point_id"]).locate(names)[names.codes]
+    is_known = (place >= 0) & images["x"].notna().to_numpy()
+    if not is_known.any():
+        return []
+    parts = segments_present(encode(images["image_id"][is_known]).codes)
+    there = values_of(ground, list(PLANE))[place[is_known]][parts.order] @ COMPLEX
+    here = values_of(images, ["x", "y"])[is_known][parts.order] @ COMPLEX
+    here, there = (segment_centred(one, parts.start) for one in (here, there))
+    size = segment_sum(abs(here) ** 2, parts.start)
+    size = size * segment_sum(abs(there) ** 2, parts.start)
+    is_told = (parts.count >= FEWEST_IN_A_PHOTOGRAPH) & (size > 0.0)
+    size = np.where(is_told, size, 1.0)
+    # what a turn and a scale leave of the positions, of the image and of its mirror
+    # image: a share of them
+    left, left_mirrored = (
+        1.0 - abs(segment_sum(one * there, parts.start)) ** 2 / size
+        for one in (here.conj(), here)
+    )
+    is_mirrored = is_told & (left_mirrored < LEAST_APART * left)
+    is_upright = is_told & (left < LEAST_APART * left_mirrored)
+    if not is_mirrored.any() or is_upright.any():
+        return []
+    photographs, table = files
+    return [
+        ConsistencyError(
+            f"[{name}] all {is_mirrored.sum()} photographs with enough known points "
+            f"are mirrored against {table}",
+            expected="x to the right, y upwards; eastings to the east, northings to "
+            "the north",
+            remedy="Change the sign of y of the image points, or exchange eastings and "
+            "northings",
+            file=photographs,
+        )
+    ]
 
 
 def tells_axes(frame, system):

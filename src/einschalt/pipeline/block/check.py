@@ -17,12 +17,14 @@ from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import is_among
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
-from einschalt.pipeline.block.axis_order import where_problems
+from einschalt.pipeline.block.axis_order import mirrored_problems, where_problems
 from einschalt.pipeline.block.facts import FLIGHTS, check_facts
 from einschalt.pipeline.block.given_points import (
     contradictions,
+    fitted_onto,
     heights_that_are_none,
     lack_of_common_points,
+    nothing_but_check_points,
     points_in_no_model,
     standard_error_problems,
     with_names_alike,
@@ -41,6 +43,7 @@ from einschalt.pipeline.block.scales import (
     scale_problems,
 )
 from einschalt.pipeline.block.stereo_models import (
+    images_without_points,
     models_of_one_photograph,
     models_of_photographs_apart,
     models_without_parallaxes,
@@ -126,8 +129,14 @@ class _Check:
 
     def _table(self, name, schema):
         frame = getattr(self.block, name)
-        if frame is not None:
-            self.checked[name] = self._one(frame, schema, name)
+        if frame is None:
+            return
+        control = self._file("control_points")
+        if name == "approximate_points" and self._file(name) == control:
+            # the rest of its columns is read there, and is not ignored
+            rest = frame.columns.intersection(tables.CONTROL_POINTS.names)
+            frame = frame.drop(columns=rest.difference(schema.names))
+        self.checked[name] = self._one(frame, schema, name)
 
     def _one(self, frame, schema, table):
         checked = tables.check_table(frame, schema, source=self._file(table))
@@ -240,30 +249,15 @@ class _Check:
         """Models whose images were not measured."""
         for name in FLIGHTS:
             if self._sound(f"{name}.models", f"{name}.image_points"):
-                n_before = len(self.problems)
-                for side in ("left_image", "right_image"):
-                    self._absent_images(name, side)
-                if len(self.problems) == n_before:
-                    flight, table = self.checked[name], self._model_table(name)
-                    file = self._file(f"{name}.models")
+                flight, file = self.checked[name], self._file(f"{name}.models")
+                absent = images_without_points(
+                    flight, file, self._file(f"{name}.image_points")
+                )
+                self.problems += absent
+                if not absent:
+                    table = self._model_table(name)
                     self.models += models_of_photographs_apart(flight, table, file)
                     self.models += models_of_one_photograph(flight, file)
-
-    def _absent_images(self, name, side):
-        flight = self.checked[name]
-        measured = flight.image_points["image_id"].unique()
-
-        def problem(place):
-            return ConsistencyError(
-                f"{side} '{flight.models[side].iloc[place]}' has no image points",
-                expected=f"an image_id of {self._file(f'{name}.image_points')}",
-                remedy="Correct the name, or delete the model",
-                file=self._file(f"{name}.models"),
-                **tables.row_location(flight.models, place),
-            )
-
-        places = np.flatnonzero(~is_among(flight.models[side], measured))
-        self.problems += tables.listed(places, problem, f"{side} is unknown")
 
     def models_with_parallaxes(self):
         """Models of a flight that is to be oriented, without measured parallaxes."""
@@ -294,6 +288,7 @@ class _Check:
                 name, flight, self._model_table(name), self.checked[ground], file
             )
             self._heights(ground, name)
+            self._mirrored(ground, name)
         for name in FLIGHTS:
             if self._sound(f"{name}.y_parallaxes") and self._has_base(name):
                 files = {p: self._file(f"{name}.{p}") for p in ("base", "y_parallaxes")}
@@ -306,6 +301,17 @@ class _Check:
             points, file = flight.model_points, self._file(ground)
             self.problems += equal_height_problems(
                 name, points, self.checked[ground], file
+            )
+
+    def _mirrored(self, ground, name):
+        """Photographs that show the ground as a mirror does: affinities undo that."""
+        flight, table = self.checked[name], f"{name}.image_points"
+        if self._sound(table) and flight.transformation != "affine":
+            self.problems += mirrored_problems(
+                flight.image_coordinates(),
+                self.checked[ground],
+                name,
+                (self._file(table), self._file(ground)),
             )
 
     def _has_base(self, name):
@@ -364,11 +370,10 @@ class _Check:
         ground, flight_name = self._ground_and_flight()
         if ground is None:
             return
-        frame = self.checked[ground]
-        known = frame["point_id"]
-        if ground == "control_points":
-            known = known[frame["role"] == "control"]
-        if not self.are_names_strange:
+        known = fitted_onto(self.checked[ground], self.checked.get("control_points"))
+        if known.empty:
+            self.problems += [nothing_but_check_points(self._file(ground))]
+        elif not self.are_names_strange:
             self._models_without(flight_name, known, ground)
         if flight_name == "high_flight" and self._has_models("low_flight"):
             self._models_without(

@@ -230,6 +230,28 @@ def lack_of_common_points(number, least, ground):
     return {"found": found, "expected": expected, "remedy": remedy}
 
 
+def fitted_onto(ground, control):
+    """Names of the given points that models are fitted onto: all but check points.
+
+    ``control``: the control points, or None.
+    """
+    names = ground["point_id"]
+    if control is None or "role" not in control:
+        return names
+    check = control.loc[control["role"] == "check", "point_id"]
+    return names[~names.isin(check)]
+
+
+def nothing_but_check_points(file):
+    """Error of given points onto which no model may be fitted."""
+    return ConsistencyError(
+        "all points are check points, onto which no model is fitted",
+        expected="points with role = control as well",
+        remedy="Give those that are not kept for the check role = control",
+        file=file,
+    )
+
+
 def with_names_alike(problems, names, known):
     """Errors of models that share no name with what is known.
 

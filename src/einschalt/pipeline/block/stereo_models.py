@@ -6,11 +6,32 @@ import pandas as pd
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError
 from einschalt.foundations.key_columns import row_codes, rows_among
+from einschalt.foundations.names import is_among
 from einschalt.stages.stage2_relative_orientation import LOOK_AT_PHOTOGRAPHS
 
 BASE_OF_EXTENT = (0.02, 50.0)
 LARGEST_PARALLAX_OF_BASE = 0.2
 MODEL_KEY = ("coverage", "model_id")
+
+
+def images_without_points(flight, models_file, points_file):
+    """Photographs of the models that were not measured."""
+    models, measured = flight.models, flight.image_points["image_id"].unique()
+    found = []
+    for side in ("left_image", "right_image"):
+
+        def problem(place, side=side):
+            return ConsistencyError(
+                f"{side} '{models[side].iloc[place]}' has no image points",
+                expected=f"an image_id of {points_file}",
+                remedy="Correct the name, or delete the model",
+                file=models_file,
+                **tables.row_location(models, place),
+            )
+
+        places = np.flatnonzero(~is_among(models[side], measured))
+        found += tables.listed(places, problem, f"{side} is unknown")
+    return found
 
 
 def models_without_parallaxes(flight, points_file, parallaxes_file):

@@ -23,7 +23,7 @@ from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
-from einschalt.interfaces.files.atomic import make_folder, write_text
+from einschalt.interfaces.files.atomic import make_folder, set_aside, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
     SCHEMA_FILE,
@@ -49,7 +49,9 @@ PLACES = {
     "control_error_m": ("control_points", "standard_error_m"),
 }
 OF_IMAGES = ("principal_distance_mm", PITCH)  # options of all flights with images
-LARGEST_PITCH_UM = 1000.0
+# of sensors the smallest have half a micrometre; of photographs that were reduced in
+# size the largest some tenths of a millimetre
+PITCHES_UM = (0.2, 1000.0)
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
     **COMMAS_ANSWERED,
@@ -60,14 +62,16 @@ OTHER_SCALE = 0.1  # of logarithms: relief makes less
 ASSUMED = "assumed, since no file tells: correct it"
 
 
-def init(
-    folder, more, files, *, template, schema, yes, name, easting, northing, **options
-):
-    """Write block.toml of what files hold, or of a template."""
-    require_new(folder, schema=schema)
+def init(folder, more, files, *, template, schema, again, yes, name, **options):
+    """Write block.toml of what files hold, or of a template.
+
+    ``again``: what was written before is set aside; otherwise it is refused.
+    """
+    require_new(folder, schema=schema, again=again)
     head = DIRECTIVE if schema else ""
     if template:
         text = f"{head}{translated(TEMPLATE)}"
+        _make_room(folder / BLOCK_FILE)
         write_text(make_folder(folder) / BLOCK_FILE, text)
         _write_schema(folder, schema)
         report(folder / BLOCK_FILE)
@@ -77,8 +81,8 @@ def init(
     if options["crs"] is not None:
         read_crs(options["crs"])
     raise_problems(_impossible(options))
-    columns = {"easting": easting, "northing": northing}
-    columns = {key: column for key, column in columns.items() if column is not None}
+    given = {axis: options.pop(axis) for axis in ("easting", "northing")}
+    columns = {axis: column for axis, column in given.items() if column is not None}
     said = Said(columns, decimal=options.pop("decimal"), crs=options["crs"])
     found = _look([*(files or []), *(more or [])], folder, said)
     guessed = propose(found, {})
@@ -92,13 +96,13 @@ def init(
     proposal, written, notes = completed(proposal, folder)
     for note in notes:
         print_out(translated("note: {note}", note=retold(note)))
-    _require_free(written)
+    if not again:
+        _require_free(written)
     make_folder(folder)
-    for path, table in written.items():
-        write_csv(table, path)
-        report(path)
+    _write_tables(written)
     _show_tables(proposal, written)
     text = block_text(proposal, folder, name or Path(folder).resolve().name)
+    _make_room(folder / BLOCK_FILE)
     write_text(folder / BLOCK_FILE, f"{head}{text}")
     _write_schema(folder, schema)
     _check(folder, [note for table in proposal.tables.values() for note in table.notes])
@@ -121,8 +125,9 @@ def _fault(key, value):
     if key in RANGES:
         return "" if value in RANGES[key] else str(RANGES[key])
     if key == PITCH:
-        is_possible = value is not None and 0.0 < value <= LARGEST_PITCH_UM
-        return "" if is_possible else f"a number above 0, at most {LARGEST_PITCH_UM:g}"
+        least, most = PITCHES_UM
+        is_possible = value is not None and least <= value <= most
+        return "" if is_possible else f"{least:g} to {most:g} (micrometres)"
     is_possible = value is not None and 0.0 < value <= LARGEST_CONTROL_ERROR
     return "" if is_possible else "a number above 0, at most 10 metres"
 
@@ -133,16 +138,34 @@ def _write_schema(folder, is_asked):
         write_text(folder / SCHEMA_FILE, schema_text())
 
 
-def require_new(folder, *, schema=False):
-    """Refuse to write where a block stands, or another schema than ours."""
-    names = [BLOCK_FILE] if os.path.lexists(folder / BLOCK_FILE) else []
+def _write_tables(tables):
+    for path, table in tables.items():
+        _make_room(path)
+        write_csv(table, path)
+        report(path)
+
+
+def _make_room(path):
+    """Set aside what stands in the way of a file, and say where it is."""
+    if os.path.lexists(path):
+        message = mark("{file}: kept as {name}")
+        print_out(translated(message, file=path, name=set_aside(path).name))
+
+
+def require_new(folder, *, schema=False, again=False):
+    """Refuse to write where a block stands, or another schema than ours.
+
+    A block is no hindrance where it is written ``again``.
+    """
+    is_there = os.path.lexists(folder / BLOCK_FILE) and not again
+    names = [BLOCK_FILE] if is_there else []
     if schema and not names and not _is_free_for_schema(folder / SCHEMA_FILE):
         names = [SCHEMA_FILE]
     if names:
         raise OutputError(
             f"the folder holds {names[0]} already",
             expected="a folder without one",
-            remedy="Edit it, move it away, or name another folder",
+            remedy="Edit it, write it anew with --again, or name another folder",
             file=folder,
         )
 
@@ -214,7 +237,8 @@ def _require_free(paths):
         raise OutputError(
             "is there already",
             expected="a folder without it, in which init can write the table",
-            remedy="Name it after --from, move it away, or name another folder",
+            remedy="Name it after --from, write it anew with --again, or name "
+            "another folder",
             file=there[0],
         )
 
@@ -331,6 +355,8 @@ def _check(folder, shown):
     report_problems(*found.problems)
     print_out(f"{folder / BLOCK_FILE}: {problem_list.conclusion(found)}")
     if found.problems:
+        message = mark("Correct {file}, or write it anew with --again.")
+        print_out(translated(message, file=folder / BLOCK_FILE))
         raise typer.Exit(WRONG)
     message = mark("Next: einschalt densify {folder} --output RESULTS")
     print_out(translated(message, folder=folder))

@@ -1,5 +1,7 @@
 """Whether heights are as good as stated, and what is wrong where they are not."""
 
+import numpy as np
+
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
     bend_without_system,
@@ -45,6 +47,10 @@ def wrong_control_height(examined):
     if pattern is None:
         return None
     known = _told(pattern, names=pattern.point_ids)
+    given = examined.two_step.given_heights
+    is_control = given is None or given.are_control
+    table = "control_points" if is_control else "approximate_points"
+    known["facts"]["height_of"] = table
     return finding("wrong_control_height", remedy="check_that_height", **known)
 
 
@@ -63,7 +69,17 @@ def heights_out_of_scale(examined):
     if pattern is None:
         return None
     known = _told(pattern, names=pattern.flights)
-    known["facts"]["per_cent"] = 100.0 * pattern.amplitude[0]
+    ratio = pattern.amplitude[0]
+    known["facts"]["per_cent"] = 100.0 * ratio
+    distances = {
+        float(distance) * (1.0 - ratio)
+        for name in pattern.flights
+        if np.isscalar(distance := examined.block.flights[name].principal_distance_mm)
+    }
+    # the same for all, or none
+    known["facts"]["principal_distance_mm"] = (
+        distances.pop() if len(distances) == 1 and ratio < 1.0 else None
+    )
     return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
 
 

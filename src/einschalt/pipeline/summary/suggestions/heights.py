@@ -1,7 +1,7 @@
 """What to say of heights that are not as good as stated."""
 
 from einschalt.foundations.language import mark, mark_each, translated
-from einschalt.foundations.typesetting import length
+from einschalt.foundations.typesetting import length, number
 from einschalt.pipeline.summary.suggestion import filled
 from einschalt.pipeline.summary.wording import flight_name
 
@@ -20,7 +20,8 @@ REMEDIES = mark_each(
             "models are corrected"
         ),
         "check_heights": (
-            "Check the heights of control and check points, and their standard errors"
+            "Check the heights of control and check points, their standard errors and "
+            "the principal distance"
         ),
     }
 )
@@ -36,8 +37,24 @@ APART = mark(
     "heights by {moved:length} (RMS)"
 )
 OUT_OF_SCALE = mark(
-    "{flights}: the scale of model heights differs from that of control heights "
+    "{flights}: the scale of model heights differs from that of given heights "
     "({per_cent:+.2f} %), which moves heights by {moved:length} (RMS)"
+)
+POINT_OFF = mark_each(
+    {
+        "control_points": (
+            "The height of control point {names:names of n_points} is {size:length} "
+            "off, which moves heights by {moved:length} (RMS)"
+        ),
+        "approximate_points": (
+            "The height of approximate point {names:names of n_points} is {size:length}"
+            " off, which moves heights by {moved:length} (RMS)"
+        ),
+    }
+)
+OF_DISTANCE = mark(
+    "{told}; a principal distance of {distance} mm instead of the stated one would "
+    "explain it"
 )
 
 
@@ -60,10 +77,19 @@ def broken_heights(finding):
     return filled(BENT if finding.facts["kind"] == "bend" else APART, finding)
 
 
+def wrong_control_height(finding):
+    """Of which point, and by how much."""
+    return filled(POINT_OFF[finding.facts["height_of"]], finding)
+
+
 def heights_out_of_scale(finding):
     """Of which flights, and by how much."""
     flights = ", ".join(map(flight_name, finding.names))
-    return filled(OUT_OF_SCALE, finding, flights=flights)
+    told = filled(OUT_OF_SCALE, finding, flights=flights)
+    distance = finding.facts["principal_distance_mm"]
+    if distance is None:
+        return told
+    return translated(OF_DISTANCE, told=told, distance=number(distance, 4))
 
 
 WORDS = mark_each(
@@ -76,9 +102,6 @@ WORDS = mark_each(
         "heights_beyond_claim": heights_beyond_claim,
         "broken_heights": broken_heights,
         "heights_out_of_scale": heights_out_of_scale,
-        "wrong_control_height": (
-            "The height of control point {names:names of n_points} is {size:length} "
-            "off, which moves heights by {moved:length} (RMS)"
-        ),
+        "wrong_control_height": wrong_control_height,
     }
 )

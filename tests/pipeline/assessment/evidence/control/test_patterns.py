@@ -193,7 +193,7 @@ def test_signatures_are_what_an_error_of_control_does(spatial_block, spatial_res
 def test_few_control_points_tell_no_pattern(good_result):
     class Few:
         block = good_result.block
-        left_out_control = None
+        left_out_control = given_heights = None
 
     found = find_control_patterns(Few)
     assert (found.plan, found.height) == (None, None)

@@ -1,8 +1,9 @@
 """Do the claimed heights stand? What was measured, against what they predict.
 
 The same question as of the plan, asked of heights by themselves: control points that
-are predicted without themselves, and check points. Their covariances are known from
-the operators of the propagation, so that nothing has to be drawn.
+are predicted without themselves, residuals at given points where no high flight lies
+between, and check points. Their covariances are known from the operators of the
+propagation, so that nothing has to be drawn. What none of them would show is told.
 
 See docs/theory/claim.md.
 """
@@ -12,10 +13,13 @@ import numpy as np
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.evidence.claim import (
     LEFT_OUT,
+    RESIDUALS,
     UNTESTED,
     Claim,
     ClaimTest,
+    UnseenScale,
 )
+from einschalt.pipeline.assessment.evidence.control.patterns import signatures_of_scale
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
@@ -26,17 +30,25 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
 )
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
 from einschalt.theory.adjustment.point_operator import Axes, sums
+from einschalt.theory.adjustment.reliability import noncentrality
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 HEIGHT_OF_CHECK = "check points"
 # of more points the covariance would be too large: the first of them stand for all
 MOST_POINTS = 2000
+# to which principal distances are known where a camera is named, but not calibrated
+LEAST_OF_SCALE = 0.02
 
 
 def examine_height_claim(examined) -> Claim:
     """Test heights of known points against what the claimed heights predict."""
     if examined.errors is None or examined.errors.axes is not Axes.SPACE:
         return UNTESTED
-    tests = (_left_out(examined), _check(examined, examined.solution.points))
+    tests = (
+        _left_out(examined),
+        _given(examined),
+        _check(examined, examined.solution.points),
+    )
     return Claim(tuple(test for test in tests if test is not None), None)
 
 
@@ -51,6 +63,32 @@ def examine_adjusted_heights(two_step, points, *, is_without_control) -> Claim:
     left_out = None if is_without_control else _left_out(two_step)
     tests = (left_out, _check(two_step, points))
     return Claim(tuple(test for test in tests if test is not None), None)
+
+
+def unseen_scale(examined) -> UnseenScale | None:
+    """How wrong the scale of heights may be and pass unseen; None if that is nothing.
+
+    Nothing beside the stated error of the heights.
+    """
+    two_step = examined.two_step
+    if not two_step.is_possible or two_step.error_model is None:
+        return None
+    shown, moved_by_one = signatures_of_scale(two_step)
+    information = float(shown @ shown)
+    if not information > 0.0:
+        return None
+    found = noncentrality(SYSTEMATIC_SIGNIFICANCE) / np.sqrt(information)
+    if found < LEAST_OF_SCALE or not found * moved_by_one > examined.stated_height:
+        return None
+    return UnseenScale(float(found), 0.01 * moved_by_one)
+
+
+def _given(examined):
+    """Residuals at given points, the mean of their models."""
+    given = examined.given_heights
+    if given is None:
+        return None
+    return _test(RESIDUALS, given.residuals, given.variances)
 
 
 def _left_out(examined):

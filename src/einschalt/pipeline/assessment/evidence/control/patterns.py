@@ -13,8 +13,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     PLAN,
@@ -122,7 +124,7 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     """
     control, left_out = examined.block.control_points, examined.left_out_control
     if left_out is None:
-        return NO_PATTERNS
+        return _in_given_heights(examined)
     names = [name for name in left_out.point_ids if name not in set_aside]
     if len(names) < FEWEST_CONTROL or len(left_out.point_ids) > MOST_CONTROL:
         return NO_PATTERNS
@@ -141,6 +143,31 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     return ControlPatterns(*both, n_control=int(is_used.sum()))
 
 
+def _in_given_heights(examined):
+    """Patterns in heights onto which models go, with no high flight between them.
+
+    Of given points that are no control, and may share errors, a scale or one point.
+    """
+    given = examined.given_heights
+    if given is None or len(given.point_ids) < FEWEST_CONTROL:
+        return NO_PATTERNS
+    n_given = len(given.control)
+    is_used = is_among(given.control["point_id"], given.point_ids)
+    patterns = _patterns(given.control, given.point_ids, is_used)
+    if not given.are_control or n_given > MOST_CONTROL:
+        patterns = [each for each in patterns if each.kind is Kind.POINT]
+    patterns = [*patterns, *_scales(examined.block, n_given)]
+    is_free, shown = np.zeros(n_given, dtype=bool), _Differences(given, HEIGHT)
+    height, moved, p_value = _worst(given, HEIGHT, patterns, shown, is_free, is_used)
+    return ControlPatterns(
+        None,
+        height,
+        moved_height=moved,
+        p_height=p_value,
+        n_control=int(is_used.sum()),
+    )
+
+
 def wrong_control(patterns: ControlPatterns):
     """Names of the control points that are wrong in plan, each by itself."""
     return () if patterns.plan is None else patterns.plan.wrong_ids
@@ -151,6 +178,28 @@ def _scales(block, n_control):
     flights = tuple(block.flights)
     each = (*((name,) for name in flights), *([flights] if len(flights) > 1 else []))
     return [Pattern(Kind.SCALE, np.zeros(n_control), names) for names in each]
+
+
+def signatures_of_scale(two_step):
+    """What is seen of heights of all models that are out of scale by one; (n,).
+
+    As numbers of unit variance, none where nothing is known of it; and what that moves
+    the heights of the new points by, RMS [m].
+    """
+    signatures, left_out = two_step.given_heights, two_step.left_out_control
+    has_heights = left_out is not None and left_out.has_heights
+    if has_heights and len(left_out.point_ids) <= MOST_CONTROL:
+        signatures = Signatures(two_step, left_out)
+    if signatures is None or two_step.control_patterns.height is not None:
+        return np.zeros(0), 0.0
+    pattern = _scales(two_step.block, len(signatures.control))[-1]
+    shown = signatures.of([pattern], HEIGHT)[0, :, 0]
+    try:
+        root = np.linalg.cholesky(signatures.covariance(HEIGHT))
+    except np.linalg.LinAlgError:  # points without errors of their own
+        return np.zeros(0), 0.0
+    shown = solve_triangular(root, shown, lower=True)
+    return shown, signatures.moved(pattern, (1.0,), HEIGHT)
 
 
 class _Differences:
