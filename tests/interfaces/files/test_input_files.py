@@ -102,7 +102,8 @@ def test_a_file_of_holes_is_neither_read_nor_hashed(tmp_path):
     path.write_text("point_id,easting,northing\n")
     os.truncate(path, 2**40)
     with pytest.raises(
-        FileError, match=r"a\.csv: is 1100 GB large, most of it holes; "
+        FileError,
+        match=r"is 1100 GB large, most of it holes; .* everything is written",
     ):
         require_file(path, "a.csv")
     assert checksum_or_none(path) is None
@@ -115,7 +116,7 @@ def test_a_file_beyond_half_of_the_memory_is_refused(tmp_path, monkeypatch):
     path.write_text("point_id,easting,northing\n")
     monkeypatch.setattr(input_files, "LARGE_BYTES", 10)
     monkeypatch.setattr(input_files, "allowed_bytes", lambda: 40.0)
-    with pytest.raises(FileError, match="at most 0 GB, half of the memory"):
+    with pytest.raises(FileError, match="at most 2e-08 GB, half of the memory"):
         require_file(path, "a.csv")
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ChangedFileError, FileError, name_some
+from einschalt.foundations.limited_memory import gigabytes
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.system_errors import reason_of
 from einschalt.pipeline.block.memory import allowed_bytes
@@ -28,7 +29,6 @@ UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 OPENSFM_TRACKS = b"OPENSFM_TRACKS_VERSION_v"
 TEXT_SUFFIXES = (".csv", ".txt")
 HEAD_BYTES = 2**20  # in which a file must have said something
-BYTES_PER_GB = 1e9
 LARGE_BYTES = 2**28  # read at once, holes or not
 LEAST_WRITTEN = 0.01  # share of a file that is no hole
 
@@ -74,13 +74,17 @@ def _require_size(path, source):
     """Refuse what would not end: more than memory can hold, or nothing but holes."""
     if not is_endless(path):
         return
-    size = path.stat().st_size / BYTES_PER_GB
+    size = gigabytes(path.stat().st_size)
+    if _is_hollow(path):
+        raise FileError(
+            f"is {size} large, most of it holes",
+            expected="a file of which everything is written",
+            remedy="See whether it was copied as a whole",
+            file=source,
+        )
     raise FileError(
-        f"is {size:.0f} GB large, most of it holes"
-        if _is_hollow(path)
-        else f"is {size:.0f} GB large",
-        expected=f"at most {allowed_bytes() / 2.0 / BYTES_PER_GB:.0f} GB, half of the "
-        "memory",
+        f"is {size} large",
+        expected=f"at most {gigabytes(allowed_bytes() / 2.0)}, half of the memory",
         remedy="See whether it was copied as a whole, or part it",
         file=source,
     )

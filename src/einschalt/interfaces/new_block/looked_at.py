@@ -181,13 +181,17 @@ def _foreign(file, said):
     if foreign is None:
         return None
     own = Said(crs=said.crs)
-    found = []
+    found, told = [], []
     for kind in ("ground", "image_points"):
         if block_tables.STANDS_FOR[KINDS[kind].name] not in foreign.tables:
             continue
         table = block_tables.table_of(foreign, KINDS[kind], file.source)
         if len(table.frame):
-            found.append(_looked(file, kind, table, own))
+            looked = _looked(file, kind, table, own)
+            # of the file: once is enough
+            new = [note for note in looked.notes if note not in told]
+            told += new
+            found.append(replace(looked, notes=tuple(new)))
     if foreign.cameras:
         is_only = len(foreign.cameras) + len(foreign.unusable) == 1
         keys = next(iter(foreign.cameras.values())) if is_only else None

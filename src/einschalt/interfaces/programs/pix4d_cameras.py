@@ -24,6 +24,7 @@ from einschalt.interfaces.programs.pixel_cameras import corner_keys, without_pit
 MARK = "camera matrix K [3x3]"
 N_HEADINGS = 7
 EXPECTED = "ten lines for each image, as Pix4Dmapper writes them"
+LARGEST_SKEW = 1e-9  # of the focal length
 # how many numbers stand in each of the lines of an image
 WIDTHS = (2, 3, 3, 3, 3, 2, 3, 3, 3, 3)
 PARAMETERS, OFFSET = "_calibrated_camera_parameters.txt", "_offset.xyz"
@@ -51,6 +52,7 @@ def read_parameters(file) -> Foreign:
         found = f"{shortened(line.text)!r} is no name and size of an image"
         raise damaged(file.source, found, EXPECTED, line.row)
     size, k_matrix, outer, place, turn = _numbers(lines, n_images, file.source)
+    _require_right_angles(k_matrix, lines, file.source)
     own = np.column_stack([size, k_matrix[:, 0], k_matrix[:, 1], outer])
     distinct, number = np.unique(own, axis=0, return_inverse=True)
     keys = {str(k): _keys(one) for k, one in enumerate(distinct, 1)}
@@ -94,6 +96,16 @@ def _keys(numbers):
     """Keys of a camera: its size, two rows of K, coefficients as OpenCV has them."""
     size, (fx, _, cx, _, fy, cy), outer = np.split(numbers, [2, 8])
     return corner_keys(fx, fy, cx, cy, size, [float(value) for value in outer])
+
+
+def _require_right_angles(k_matrix, lines, source):
+    """Refuse pixels that are no rectangles: no camera here has a skew."""
+    skew = np.abs(k_matrix[:, 0, 1]) / np.abs(k_matrix[:, 0, 0])
+    if (skew > LARGEST_SKEW).any():
+        image = int(np.argmax(skew > LARGEST_SKEW))
+        found = f"K has a skew of {k_matrix[image, 0, 1]:g}"
+        line = lines[len(WIDTHS) * image + 1]
+        raise damaged(source, found, "0, as Pix4Dmapper writes it", line.row)
 
 
 def _offset(file):
