@@ -195,9 +195,9 @@ def test_optimised_cameras_of_pix4d_map_rays_as_opencv(tmp_path, rays):
         ("0 1 0\n", "1 1 0\n", "the R of an image is no rotation"),
         ("b.jpg 4000", "4000", "'4000 3000' is no name and size of an image"),
         (
-            "1.jpg 4000 3000\n\n2300 0",
-            "1.jpg 4000 3000\n\n2300 0.4",
-            "row 12: K has a skew of 0.4; expected 0",
+            "3000\n\n2300 0",
+            "3000\n\n2300 0.4",
+            "row 11: K has a skew of 0.4; expected 0",
         ),
     ],
 )
