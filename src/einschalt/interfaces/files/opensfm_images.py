@@ -6,11 +6,13 @@ from pathlib import Path
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.json_text import parsed_json
 
 MOST_NAMED = 4
+NO_RECONSTRUCTION = mark("is no reconstruction as OpenSfM writes it")
 
 
 def json_of(path, source):
@@ -61,7 +63,7 @@ def image_sizes(files):
                     camera = part["cameras"][shot["camera"]]
                     sizes[image] = _size(camera, image, path.name)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise damaged(path.name, f"is no reconstruction: {error}") from error
+            raise damaged(path.name, NO_RECONSTRUCTION) from error
     return sizes
 
 

@@ -13,7 +13,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.rotations import angles_from_rotation
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.opensfm_images import json_of
+from einschalt.interfaces.files.opensfm_images import NO_RECONSTRUCTION, json_of
 from einschalt.interfaces.programs.foreign import Foreign, is_finite, orientations
 from einschalt.interfaces.programs.pixel_cameras import centre_keys, without_pitch
 
@@ -46,7 +46,7 @@ def read_cameras(file) -> Foreign:
             oriented += part.get("shots", {}).items()
         table = _orientations(oriented, file.source)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise damaged(file.source, f"is no reconstruction: {error}", EXPECTED) from None
+        raise damaged(file.source, NO_RECONSTRUCTION, EXPECTED) from error
     notes = []
     if table is not None:
         notes.append(f"{file.source}: orientations in the reconstruction's own frame")
