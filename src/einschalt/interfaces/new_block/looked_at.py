@@ -33,6 +33,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
 )
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.programs import block_tables, recognised
+from einschalt.interfaces.programs.pixel_cameras import without_pitch
 
 # by what they require, the most particular first
 KINDS = {
@@ -196,8 +197,11 @@ def _foreign(file, said):
         is_only = len(foreign.cameras) + len(foreign.unusable) == 1
         keys = next(iter(foreign.cameras.values())) if is_only else None
         camera = Looked(file.path, "camera", pd.DataFrame(), own, camera=keys)
-        # what was said of the file is said of its tables already
-        found.append(camera if found else replace(camera, notes=foreign.notes))
+        # what was said of the file is said of its tables already, and for the size of
+        # a pixel the user is asked
+        asked = without_pitch(foreign.cameras, file.source)
+        rest = tuple(note for note in foreign.notes if note not in asked)
+        found.append(camera if found else replace(camera, notes=rest))
     if not found:
         held = name_some(name.replace("_", " ") for name in foreign.tables)
         raise FileError(
