@@ -25,6 +25,7 @@ from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 FEWEST_IN_A_PHOTOGRAPH = 4  # known points, of which two give turn and scale
 # of what is left of the mirror image: below it chance does not make the one fit better
 LEAST_APART = 0.1
+ON_A_LINE = 0.02  # less is left of points within a tenth of their extent beside a line
 
 
 def where_problems(frame, crs, source, measured):
@@ -121,7 +122,7 @@ def mirrored_problems(images, ground, name, files):
         1.0 - abs(segment_sum(one * there, parts.start)) ** 2 / size
         for one in (here.conj(), here)
     )
-    is_mirrored = is_told & (left_mirrored < LEAST_APART * left)
+    is_mirrored = is_told & (left_mirrored < LEAST_APART * left) & (left > ON_A_LINE)
     is_upright = is_told & (left < LEAST_APART * left_mirrored)
     if not is_mirrored.any() or is_upright.any():
         return []
