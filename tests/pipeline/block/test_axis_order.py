@@ -83,11 +83,14 @@ def test_few_points_and_points_on_a_line_tell_no_mirror():
     images, ground = photographs()
     on_line = ground.assign(northing=ground["northing"].mean() + ground["easting"])
     line = images.merge(on_line, on="point_id")
-    x = (line["easting"] - line["easting"].mean()).to_numpy() / 8.0
+    x = (line["easting"] - line["easting"].mean()).to_numpy() * np.sqrt(2.0) / 8.0
     assert not problems_of(images.assign(x=x, y=0.0), on_line)
     # the other way beside the line by a hundredth of its length
     beside = np.tile([1.0, -1.0, 0.5, -0.5, 0.0, 0.0], 3)
-    near = on_line.assign(northing=on_line["northing"] + 10.0 * beside[:6])
+    aside = 8.0 * beside[:6] / np.sqrt(2.0)
+    near = on_line.assign(
+        easting=on_line["easting"] - aside, northing=on_line["northing"] + aside
+    )
     assert not problems_of(images.assign(x=x, y=-beside), near)
 
 
