@@ -41,7 +41,7 @@ def credible_heights(examined) -> CredibleHeights | None:
     exchanged = examined.exchanged_control
     if exchanged is not None:
         return _beside_exchanged_control(examined.stated_height, exchanged)
-    total = examined.stated_height
+    total = _stated_or_assumed(examined)
     rejected, moved = examined.height_claim.rejected, examined.displaced.height
     moved = where_it_matters(moved, total, is_refuted=bool(rejected))
     off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
@@ -58,6 +58,15 @@ def credible_heights(examined) -> CredibleHeights | None:
     value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
     factor = value / total if is_refuted and total > 0.0 else 1.0
     return CredibleHeights(value, is_refuted, float(factor))
+
+
+def _stated_or_assumed(examined):
+    """The propagated figure; without one that of errors that are assumed, or NaN."""
+    total, two_step = examined.stated_height, examined.two_step
+    pattern = examined.control_patterns.height
+    if np.isnan(total) and pattern is not None and two_step.given_heights is not None:
+        return two_step.given_heights.predicted
+    return total
 
 
 def _beside_exchanged_control(total, exchanged):

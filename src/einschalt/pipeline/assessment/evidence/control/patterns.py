@@ -146,7 +146,8 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
 def _in_given_heights(examined):
     """Patterns in heights onto which models go, with no high flight between them.
 
-    Of given points that are no control, and may share errors, a scale or one point.
+    Of given points that are no control, and may share errors, a scale or one point,
+    where it moves heights by more than the errors that are known.
     """
     given = examined.given_heights
     if given is None or len(given.point_ids) < FEWEST_CONTROL:
@@ -159,6 +160,8 @@ def _in_given_heights(examined):
     patterns = [*patterns, *_scales(examined.block, n_given)]
     is_free, shown = np.zeros(n_given, dtype=bool), _Differences(given, HEIGHT)
     height, moved, p_value = _worst(given, HEIGHT, patterns, shown, is_free, is_used)
+    if not (given.are_control or moved > given.predicted):
+        return NO_PATTERNS
     return ControlPatterns(
         None,
         height,

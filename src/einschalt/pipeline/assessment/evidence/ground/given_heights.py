@@ -27,6 +27,7 @@ from einschalt.stages.error_propagation.error_model import (
     add_flight_sources,
 )
 from einschalt.stages.error_propagation.given_points import approximations_are_control
+from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
@@ -129,6 +130,15 @@ class GivenHeights:
         """Heights of new points above those that a scale of heights leaves, RMS [m]."""
         through = self.model.final @ self.model.low.measured
         return self._of_new(self._heights_through(through, self._heights)[:, 0])
+
+    @cached_property
+    def predicted(self):
+        """Error of the new points' heights by the model of errors, RMS [m].
+
+        Also where that is only assumed, and no figure is stated.
+        """
+        errors = propagate_model(self.model, self.examined.means)
+        return self._of_new(np.sqrt(errors.covariance[:, HEIGHT[0], HEIGHT[0]]))
 
     @cached_property
     def _of_scale(self):
