@@ -147,17 +147,19 @@ def _in_given_heights(examined):
     """Patterns in heights onto which models go, with no high flight between them.
 
     Of given points that are no control, and may share errors, a scale or one point,
-    where it moves heights by more than the errors that are known.
+    where it moves heights by more than the errors that are known; of many points none
+    but a scale.
     """
     given = examined.given_heights
     if given is None or len(given.point_ids) < FEWEST_CONTROL:
         return NO_PATTERNS
     n_given = len(given.control)
     is_used = is_among(given.control["point_id"], given.point_ids)
-    patterns = _patterns(given.control, given.point_ids, is_used)
-    if not given.are_control or n_given > MOST_CONTROL:
-        patterns = [each for each in patterns if each.kind is Kind.POINT]
-    patterns = [*patterns, *_scales(examined.block, n_given)]
+    patterns = _scales(examined.block, n_given)
+    if n_given <= MOST_CONTROL:
+        alone = _patterns(given.control, given.point_ids, is_used)
+        kinds = [each for each in Kind if given.are_control or each is Kind.POINT]
+        patterns = [*(each for each in alone if each.kind in kinds), *patterns]
     is_free, shown = np.zeros(n_given, dtype=bool), _Differences(given, HEIGHT)
     height, moved, p_value = _worst(given, HEIGHT, patterns, shown, is_free, is_used)
     if not (given.are_control or moved > given.predicted):
