@@ -8,6 +8,7 @@ many names, and only its owner knows whether it is total or of one coordinate.
 import re
 import unicodedata
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
@@ -149,7 +150,12 @@ def folded(word):
     >>> folded("Pkt.-Nr."), folded("Höhe"), folded("Numéro"), folded("Paßpunkt")
     ('pktnr', 'hoehe', 'numero', 'passpunkt')
     """
-    small = unicodedata.normalize("NFC", str(word)).casefold().translate(UMLAUTS)
+    return _folded(str(word))
+
+
+@lru_cache(maxsize=4096)  # each name of a header is asked for by every column
+def _folded(word):
+    small = unicodedata.normalize("NFC", word).casefold().translate(UMLAUTS)
     small = NUMERO.sub("no ", small)
     plain = unicodedata.normalize("NFKD", small)
     return "".join(char for char in plain if char.isalnum() and char.isascii())
