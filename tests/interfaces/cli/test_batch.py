@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -43,17 +44,18 @@ def test_status_1_where_a_block_failed(first):
     assert len(pd.read_csv(output / "blocks.csv")) == 3
 
 
-@pytest.fixture
-def failed_block(invoke, make_block, tmp_path):
+@pytest.fixture(scope="module")
+def failed_block(invoke, make_block, tmp_path_factory):
     """A batch of one block with two values that are no numbers, told as JSON."""
-    make_block(tmp_path / "blocks" / "north")
-    file = tmp_path / "blocks" / "north" / "low_flight.csv"
+    folder = tmp_path_factory.mktemp("failed")
+    make_block(folder / "blocks" / "north")
+    file = folder / "blocks" / "north" / "low_flight.csv"
     lines = file.read_text("utf-8").splitlines()
     for row in (12, 14):
         lines[row - 1] = lines[row - 1].rpartition(",")[0] + ",n/a"
     file.write_text("\n".join(lines) + "\n", "utf-8")
-    output = tmp_path / "out"
-    call = ("batch", tmp_path / "blocks", "-o", output, "--workers", 1, "--json")
+    output = folder / "out"
+    call = ("batch", folder / "blocks", "-o", output, "--workers", 1, "--json")
     return output, json.loads(invoke(*call).stdout)
 
 
@@ -80,8 +82,8 @@ def test_json_names_block_file_and_row_of_each_fault(failed_block):
         None,
     ],
 )
-def test_what_nobody_can_read_is_told_by_the_table(failed_block, spoilt):
-    output, _ = failed_block
+def test_what_nobody_can_read_is_told_by_the_table(failed_block, tmp_path, spoilt):
+    output = shutil.copytree(failed_block[0], tmp_path / "out")
     file = output / "north" / "failure.json"
     content = json.loads(file.read_text("utf-8"))
     text = "no JSON" if spoilt is None else json.dumps(content | spoilt)
