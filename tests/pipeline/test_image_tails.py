@@ -92,3 +92,7 @@ def test_models_that_contradict_the_block_are_named_and_left_out():
     claimed, true = claimed_and_true(result, block.truth)
     assert true < METRES_OF_FEW
     assert claimed == pytest.approx(true, rel=0.3)
+    # what they would do in the two steps counts for nothing: 2.9 m were told
+    assert result.assessment.credible.value == pytest.approx(true, rel=0.3)
+    codes = {found.code for found in result.assessment.findings}
+    assert not codes & {"wrong_control_height", "coverages_that_differ"}

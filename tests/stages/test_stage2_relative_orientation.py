@@ -172,3 +172,37 @@ def test_a_flight_without_any_pair_is_refused():
     points = points.assign(point_id=points["image_id"] + points["point_id"])
     with pytest.raises(GeometryError, match="have no point in common"):
         relative_orientation(replace(flight, image_points=points))
+
+
+def test_models_that_are_left_out_take_their_errors_with_them(flight):
+    oriented = relative_orientation(flight)
+    keys = ["coverage", "model_id"]
+    lost = oriented.model_points[keys].drop_duplicates().iloc[[0, 2]]
+    rest = oriented.without_models(lost)
+    is_lost = oriented.model_points.set_index(keys).index.isin(
+        lost.set_index(keys).index
+    )
+    assert is_lost.any()
+    kept = oriented.model_points[~is_lost].reset_index(drop=True)
+    assert rest.model_points.equals(kept)
+    if flight.has_images:
+        for name in ("model", "by_image", "gain", "by_point"):
+            whole = getattr(oriented.errors.influence, name)
+            part = getattr(rest.errors.influence, name)
+            np.testing.assert_array_equal(part, whole[~is_lost])
+        np.testing.assert_array_equal(
+            rest.errors.sources, oriented.errors.sources[~is_lost]
+        )
+    else:
+        for name in ("model", "factors"):
+            whole, part = getattr(oriented.errors, name), getattr(rest.errors, name)
+            np.testing.assert_array_equal(part, whole[~is_lost])
+
+
+def test_models_without_errors_of_orientation_may_be_left_out():
+    flight = simulate_block("demo", seed=2).low_flight
+    oriented = relative_orientation(flight)
+    first = oriented.model_points[["coverage", "model_id"]].head(1)
+    rest = oriented.without_models(first)
+    assert rest.errors is None
+    assert 0 < len(rest.model_points) < len(oriented.model_points)

@@ -88,6 +88,16 @@ class RelativeOrientation(Result):
     )
     errors: OrientationErrors | ImageErrors | None = None
 
+    def without_models(self, models: pd.DataFrame) -> "RelativeOrientation":
+        """The same without the points of some models (coverage, model_id)."""
+        keys, points = ["coverage", "model_id"], self.model_points
+        is_kept = ~rows_among(points, models, keys)
+        return replace(
+            self,
+            model_points=points[is_kept].reset_index(drop=True),
+            errors=None if self.errors is None else self.errors.of_rows(is_kept),
+        )
+
     def summary(self) -> str:
         """Say how many models were oriented, and how well."""
         n_models = len(self.orientations)

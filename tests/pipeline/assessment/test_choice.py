@@ -158,8 +158,9 @@ def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_blo
 
 def beside(two_step, adjusted, *, is_possible=True):
     """What stands beside one adjustment, as better_beside is asked."""
-    solution = SimpleNamespace(two_step=SimpleNamespace(is_possible=is_possible))
-    adjusted.two_step, adjusted.solution = two_step, solution
+    whole = SimpleNamespace(is_possible=is_possible)
+    adjusted.solution = SimpleNamespace(all_in_two_steps=whole)
+    adjusted.all_in_two_steps = two_step
     return better_beside(adjusted)
 
 

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 FIVE = 5  # rows from the end: a new point in the middle of a model
 
@@ -58,3 +60,43 @@ def test_less_weight_is_not_taken_out(spoilt):
     assert result.gross_measurements.empty
     points = result.points
     assert points.loc[points["is_set_aside"], "point_id"].tolist() == [control]
+
+
+@pytest.fixture(scope="module")
+def names_mixed_up():
+    """A block in space with the names of a model mixed up, and without that model."""
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    block = simulate_block("demo", seed=4, geometry=geometry)
+    low, keys = block.low_flight, ["coverage", "model_id"]
+    points = low.model_points.reset_index(drop=True)
+    is_it = (points[keys] == points[keys].iloc[0]).all(axis=1).to_numpy()
+    names = points["point_id"].to_numpy(dtype=object, copy=True)
+    names[is_it] = np.roll(names[is_it], 3)
+    mixed = points.assign(point_id=names)
+    without = points[~is_it].reset_index(drop=True)
+    return [
+        replace(block, low_flight=replace(low, model_points=rows))
+        for rows in (mixed, without)
+    ]
+
+
+@pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
+def test_a_model_that_was_given_up_counts_for_nothing(names_mixed_up, outliers):
+    """What is told is what would be told without its measurements."""
+    mixed, without = (result_of(block, outliers) for block in names_mixed_up)
+    assert len(mixed.failures) == 1
+    assert mixed.assessment.credible == without.assessment.credible
+    told = {found.code for found in mixed.assessment.findings}
+    assert told - {found.code for found in without.assessment.findings} == {
+        "failed_models"
+    }
+    beside = ["two_step_easting", "two_step_northing"]
+    np.testing.assert_allclose(mixed.points[beside], without.points[beside], atol=1e-6)
+    both = mixed.solution.two_step, mixed.solution.all_in_two_steps
+    held, whole = (len(each.model_points["low_flight"]) for each in both)
+    assert held == len(names_mixed_up[1].low_flight.model_points) < whole
+
+
+def test_with_no_model_given_up_both_are_the_same(demo_block):
+    solution = result_of(demo_block, "snoop").solution
+    assert solution.two_step is solution.all_in_two_steps

@@ -74,17 +74,18 @@ def solve_the_better_way(
         examined = examine(solve_in_two_steps(*arguments))
         only = TWO_STEP, ChoiceReason.ONLY_WAY
         return examined, MethodChoice(*only, examined.credible, None, obstacle)
-    beside, adjusted = examined.solution.two_step, examined.credible
+    beside, adjusted = examined.solution.all_in_two_steps, examined.credible
     if not beside.is_possible:
         only = SIMULTANEOUS, ChoiceReason.ONLY_WAY
         return examined, MethodChoice(*only, None, adjusted, beside.reason)
-    better = better_of(examined.two_step, examined)
-    choice = MethodChoice(*better, examined.two_step.credible, adjusted, "")
+    two_step = examined.all_in_two_steps
+    better = better_of(two_step, examined)
+    choice = MethodChoice(*better, two_step.credible, adjusted, "")
     if choice.method == SIMULTANEOUS:
         return examined, choice
     if settings.residual_distribution != "none":  # what stands beside is without it
         return examine(solve_in_two_steps(*arguments)), choice
-    return examined.two_step, choice
+    return two_step, choice
 
 
 def _obstacle(block, settings):
@@ -143,9 +144,9 @@ def better_beside(adjusted) -> MethodChoice | None:
     Of the examination of a simultaneous adjustment; None where it is as good, or where
     nothing tells.
     """
-    if not adjusted.solution.two_step.is_possible:
+    if not adjusted.solution.all_in_two_steps.is_possible:
         return None
-    return _if_better(TWO_STEP, adjusted.two_step, adjusted)
+    return _if_better(TWO_STEP, adjusted.all_in_two_steps, adjusted)
 
 
 def adjustment_beside(two_step) -> MethodChoice | None:

@@ -212,6 +212,8 @@ class TwoStepExamination(Examination):
         """Itself: what stands beside one adjustment of all models."""
         return self
 
+    all_in_two_steps = two_step
+
     @property
     def named_measurements(self):
         """Gross measurements that have a finding of their own, a DataFrame."""
@@ -356,8 +358,9 @@ class TwoStepExamination(Examination):
         return table[RELIABILITY_COLUMNS]
 
 
-@forwarding("two_step", "exchanged_names", "other_targets", "components", "patterns")
+@forwarding("two_step", "other_targets", "components", "patterns")
 @forwarding("two_step", "control_height_parts")
+@forwarding("all_in_two_steps", "exchanged_names")  # which models are given up for
 class SimultaneousExamination(Examination):
     """What can be asked of one adjustment of all models.
 
@@ -389,8 +392,14 @@ class SimultaneousExamination(Examination):
 
     @cached_property
     def two_step(self):
-        """Examination of the same block in two steps."""
-        return examine(self.solution.two_step)
+        """Examination of the models that it holds in two steps."""
+        held, whole = self.solution.two_step, self.solution.all_in_two_steps
+        return self.all_in_two_steps if held is whole else examine(held)
+
+    @cached_property
+    def all_in_two_steps(self):
+        """Examination of all models of the block in two steps."""
+        return examine(self.solution.all_in_two_steps)
 
     oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
 
@@ -514,6 +523,6 @@ def examine(solution, two_step=None):
     ``two_step``: that of the two steps beside one adjustment, if there is one already.
     """
     examined = EXAMINATIONS[type(solution)](solution)
-    if two_step is not None:
-        vars(examined)["two_step"] = two_step  # as a cached property keeps it
+    if two_step is not None:  # as a cached property keeps it
+        vars(examined)["all_in_two_steps"] = two_step
     return examined

@@ -298,7 +298,7 @@ def _without_points(examined, targets):
     large blocks, and of flights with orientations, whose errors belong to rows of
     measurements.
     """
-    block, flights = examined.block, dict(examined.two_step.solution.flights)
+    block, flights = examined.block, dict(examined.all_in_two_steps.solution.flights)
     n_points = sum(len(oriented.model_points) for oriented in flights.values())
     if n_points > MOST_TRIED:
         return None
@@ -363,7 +363,7 @@ def _kept(examined):
 
     Without those of models in which names are exchanged: these are told by themselves.
     """
-    two_step = examined.two_step
+    two_step = examined.all_in_two_steps
     if examined.settings.outliers != "keep" or not _is_small(two_step):
         return None
     table = find_gross_measurements(

@@ -38,7 +38,9 @@ class SimultaneousSolution(Solution):
     """Points of a block from one adjustment of all its models."""
 
     adjustment: BlockAdjustment  # where points, models and residuals are from
-    two_step: TwoStepSolution | WithoutTwoSteps  # the same block in two steps
+    # in two steps: the models that the adjustment holds, and all of the block
+    two_step: TwoStepSolution | WithoutTwoSteps
+    all_in_two_steps: TwoStepSolution | WithoutTwoSteps
 
     single_values = property(attrgetter("two_step.single_values"))
     approximations = property(attrgetter("two_step.approximations"))
@@ -54,17 +56,18 @@ def solve_in_one_adjustment(
     ``flights`` after stage 2. A GeometryError where nothing of the block can be
     determined.
     """
-    two_step = _beside(block, settings, flights, report_progress)
+    in_two_steps = _beside(block, settings, flights, report_progress)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
-    return adjust_beside(two_step, block, settings, flights)
+    return adjust_beside(in_two_steps, block, settings, flights)
 
 
-def adjust_beside(two_step, block, settings, flights) -> SimultaneousSolution:
+def adjust_beside(in_two_steps, block, settings, flights) -> SimultaneousSolution:
     """Adjust a block whose two steps are computed already.
 
     A GeometryError where nothing of the block can be determined.
     """
     adjusted = adjust_flights(block, settings, flights)
+    two_step = _of_models_held(in_two_steps, adjusted, block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
     if settings.outliers != "keep":
         points = points.assign(is_set_aside=_are_set_aside(adjusted, points))
@@ -85,6 +88,7 @@ def adjust_beside(two_step, block, settings, flights) -> SimultaneousSolution:
         figures=adjusted_figures(adjusted, points, failures, shared_error),
         adjustment=adjusted,
         two_step=two_step,
+        all_in_two_steps=in_two_steps,
         **of_orientations(flights),
     )
 
@@ -102,6 +106,25 @@ def _are_set_aside(adjusted, points):
     control = adjusted.control
     names = control.loc[control["is_set_aside"], "point_id"]
     return points["point_id"].isin(names).to_numpy()
+
+
+def _of_models_held(in_two_steps, adjusted, block, settings, flights):
+    """The two steps of the models that an adjustment holds.
+
+    What a model does that was given up is in none of its points: it would draw the two
+    steps beside them, and what is tested by these, as if it were.
+    """
+    lost = adjusted.failures
+    if not len(lost) or not in_two_steps.is_possible:
+        return in_two_steps
+    held = {
+        name: oriented.without_models(lost[lost["flight"] == name])
+        for name, oriented in flights.items()
+    }
+    for name, oriented in held.items():
+        if oriented.model_points.empty:
+            return WithoutTwoSteps(block, f"no model of {name} is held")
+    return _beside(block, settings, held, lambda *_: None)
 
 
 def _beside(block, settings, flights, report_progress):

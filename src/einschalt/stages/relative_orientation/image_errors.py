@@ -7,7 +7,7 @@ with it the errors of its points: so the sources are image points, not model poi
 See docs/theory/propagation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -32,6 +32,18 @@ class ImageErrors:
     def n_models(self) -> int:
         """Number of pairs."""
         return len(self.pairs)
+
+    def of_rows(self, is_kept: np.ndarray) -> "ImageErrors":
+        """Those of some of the points, of models that are kept whole."""
+        found = self.influence
+        influence = replace(
+            found,
+            model=found.model[is_kept],
+            by_image=found.by_image[is_kept],
+            gain=found.gain[is_kept],
+            by_point=found.by_point[is_kept],
+        )
+        return replace(self, influence=influence, sources=self.sources[is_kept])
 
 
 def image_errors(oriented, flight, enlargement) -> ImageErrors:

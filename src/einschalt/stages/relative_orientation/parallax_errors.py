@@ -7,7 +7,7 @@ from sigma_0 of all models together, since one model has hardly any redundancy.
 See docs/theory/propagation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class OrientationErrors:
     # of all parallaxes from which their size comes: its variance is known to √(2 /
     # redundancy) of itself
     redundancy: int
+
+    def of_rows(self, is_kept: np.ndarray) -> "OrientationErrors":
+        """Those of some of the points."""
+        return replace(self, model=self.model[is_kept], factors=self.factors[is_kept])
 
 
 def parallax_errors(orientation, machine_points) -> OrientationErrors | None:

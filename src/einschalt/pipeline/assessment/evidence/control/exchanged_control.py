@@ -49,7 +49,8 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
 
     None where control is not missed by more than is claimed, and of large blocks.
     """
-    two_step = examined.two_step
+    # models that were given up may have been so for the pair
+    two_step = examined.all_in_two_steps
     if not two_step.is_possible or not _is_missed(two_step):
         return None
     if sum(map(len, two_step.model_points.values())) > MOST_MEASURED:
@@ -121,14 +122,14 @@ def _as_others_have_it(two_step):
 
 def _tried(examined, pair, apart):
     """The pair, if the block with both put right misses its control by far less."""
-    before = examined.two_step.known_control.rms
+    before = examined.all_in_two_steps.known_control.rms
     try:
         again = examined.computed_again(with_names_exchanged(examined.block, pair))
     except EinschaltError:  # nothing is gained
         return None
-    if not again.two_step.is_possible:
+    if not again.all_in_two_steps.is_possible:
         return None
-    after = again.two_step.known_control.rms
+    after = again.all_in_two_steps.known_control.rms
     if not LEAST_IMPROVEMENT * after < before:
         return None
     moved = new_points_apart(examined, again.points)

@@ -109,7 +109,8 @@ class BesideDisplacedRegion:
             settings = self.solution.settings
         elif settings.outliers != self.solution.settings.outliers:
             block = with_errors_as_shown(block, settings.outliers)
-        flights = self.two_step.solution.flights if flights is None else flights
+        if flights is None:  # models that were given up may be held then
+            flights = self.all_in_two_steps.solution.flights
         return type(self)(solve(block, settings, flights, _in_silence))
 
     @cached_property
