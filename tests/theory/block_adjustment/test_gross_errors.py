@@ -81,6 +81,15 @@ def test_robust_weights_solve_their_own_equations(spoilt, norm):
     np.testing.assert_allclose(factors, wanted, atol=5e-3)
 
 
+@pytest.mark.parametrize("norm", ["huber", "tukey"])
+def test_what_was_refused_before_it_weighs_less_remains_known(spoilt, norm):
+    """Its residual by the weights of the norm is one that nothing refuses."""
+    _, bad, rows = spoilt
+    cleaned = downweight(outlier_free_block(adjust(bad), 0.001), bad, norm)
+    assert not cleaned.is_out.any()
+    assert set(np.flatnonzero(cleaned.is_refused)) == set(rows)
+
+
 def test_of_two_measurements_of_a_point_one_stays(make_block):
     """Both contradict each other alike, and only rounding tells one from the other."""
     for seed in range(12):

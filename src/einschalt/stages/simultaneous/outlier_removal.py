@@ -38,7 +38,7 @@ def clean_part(tables, part, solution, options) -> tuple[Weighed, CleanedBlock]:
     weighed = _weighed(tables, part, solution, options)
     observations, block = weighed.part.observations, weighed.block
     if options.outliers == "keep":
-        cleaned = CleanedBlock(block.solution, block.is_out)
+        cleaned = CleanedBlock(block.solution, block.is_out, block.is_out)
     elif options.outliers == "snoop":
         cleaned = with_all_control(block, observations)
     else:

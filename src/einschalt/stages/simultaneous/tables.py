@@ -120,7 +120,7 @@ def residual_table(
         redundancy_number=r,
         w=tests.w,
         p_value=tests.p_value,
-        is_suspect=cleaned.is_out | is_refused,
+        is_suspect=cleaned.is_refused | is_refused,
         minimal_detectable_bias=bias,
         external_reliability=remaining_bias(bias, r),
     )

@@ -53,6 +53,7 @@ class CleanedBlock:
 
     solution: AdjustedBlock  # its observations have the standard errors that were used
     is_out: np.ndarray  # (n_rows,): what was taken out
+    is_refused: np.ndarray  # (n_rows,): that, and what weighs less where it was refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +147,7 @@ def with_all_control(block, given) -> CleanedBlock:
     if block.is_wrong.any():
         none = np.zeros_like(block.is_wrong)
         solution = _without(solution, given, block.is_out, none)
-    return CleanedBlock(solution, block.is_out)
+    return CleanedBlock(solution, block.is_out, block.is_out)
 
 
 def _without(solution, given, is_out, is_aside):
@@ -242,7 +243,7 @@ def downweight(block, given, norm_name) -> CleanedBlock:
         solution = solution.readjusted(replace(given, standard_error=error))
     norm = NORMS[norm_name][solution.residuals.shape[1]]
     solution = _consistent(solution, norm, block.is_out)
-    return CleanedBlock(solution, np.zeros_like(block.is_out))
+    return CleanedBlock(solution, np.zeros_like(block.is_out), block.is_out)
 
 
 def _consistent(solution, norm, is_gross):

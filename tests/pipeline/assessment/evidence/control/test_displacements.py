@@ -10,6 +10,8 @@ import pytest
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
+    _pulled_in_adjustment,
+    _that_agree,
     largest,
     moved_between_ways,
     moved_by_suspects,
@@ -144,3 +146,64 @@ def test_ways_are_held_apart_without_what_the_two_steps_alone_follow(regions, ex
     one.two_step.is_put_off = True
     one.two_step.corrected = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)})
     assert moved_between_ways(one).plan == pytest.approx(expected, abs=1e-4)
+
+
+def test_points_that_two_steps_contradict_themselves_do_not_count():
+    """The median stands for three values and more, nothing for two."""
+    apart = {"easting": [9.0, 9.0, 0.0, 0.0], "northing": np.zeros(4)}
+    one = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
+    one.two_step = fake(apart)
+    assert moved_between_ways(one).plan > 6.0
+    one.two_step.far_apart = np.array([True, True, False, False])
+    values = pd.DataFrame(
+        {
+            "point_id": list("aaabb"),
+            "easting": [0.0, 0.0, 27.0, 0.0, 18.0],
+            "northing": 0.0,
+        }
+    )
+    one.two_step.means.used = values
+    assert moved_between_ways(one) == NOTHING
+
+
+def residuals_of(easting, suspects):
+    return pd.DataFrame(
+        {
+            "point_id": "a",
+            "residual_easting": easting,
+            "residual_northing": 0.0,
+            "is_suspect": suspects,
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("easting", "suspects", "expected"),
+    [
+        # two that confirm each other hold the point, whatever else there is
+        ([0.1, -0.1, 40.0, -30.0, 20.0], [False, False, True, True, True], 0.0),
+        # a norm leaves the gross ones a share: the point lies 0.3 m beside the others
+        ([0.2, 0.4, 9.0], [False, False, True], 0.3),
+        # one against one, and one against two: the nearest is right in half of all
+        ([0.0, 2.0], [False, True], np.sqrt(2.0)),
+        ([0.0, 2.0, 70.0], [False, True, True], np.sqrt(2.0)),
+        ([0.0], [False], np.nan),
+    ],
+)
+def test_what_one_wrong_value_does_in_an_adjustment(easting, suspects, expected):
+    found = _pulled_in_adjustment(residuals_of(easting, suspects), pd.Series(["a"]))
+    np.testing.assert_allclose(found, [expected], atol=1e-12)
+
+
+def test_approximations_that_nothing_confirms_tell_nothing_of_an_adjustment():
+    given = pd.DataFrame(
+        {
+            "point_id": list("abcdef"),
+            "n_models": [2, 2, 1, 3, 2, 3],
+            "spread_total": [0.1, 9.0, np.nan, 9.0, 0.2, 0.1],
+        }
+    )
+    two_step = SimpleNamespace(high=object(), approximations=given)
+    assert list(_that_agree(given, two_step)["point_id"]) == list("adef")
+    two_step.high = None
+    assert _that_agree(given, two_step) is given

@@ -14,7 +14,10 @@ import pandas as pd
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
-from einschalt.pipeline.assessment.evidence.control.suspects import suspects_by_chance
+from einschalt.pipeline.assessment.evidence.control.suspects import (
+    LARGE_SPREAD,
+    suspects_by_chance,
+)
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 
 # of the claimed figure: what must come to it, so that chance in single points does
@@ -115,10 +118,13 @@ def moved_by_suspects(examined) -> Displacement:
     suspects -= suspects_by_chance(examined) - examined.suspects
     points = examined.points
     rows = np.flatnonzero(is_among(points["point_id"], suspects))
-    squares = apart_from(points, _approximations(two_step, suspects)) ** 2
+    known = _approximations(two_step, suspects)
+    if two_step is not examined:  # which has not followed them
+        known = _that_agree(known, two_step)
+    squares = apart_from(points, known) ** 2
     spread = points["spread_total"].to_numpy(dtype=float) ** 2
     of_plan = squares[:, :2].sum(axis=1)
-    pulled = _pulled_by_one(two_step, points.iloc[rows]) ** 2
+    pulled = _pulled_by_one(examined, points.iloc[rows]) ** 2
     plan = np.fmax(
         _beyond_usual(of_plan[rows], of_plan, LOW_OF_PLAN),
         _beyond_usual(pulled, spread, LOW_OF_PLAN),
@@ -132,19 +138,44 @@ def moved_by_suspects(examined) -> Displacement:
     return _of_new(examined, points["point_id"].iloc[rows], apart)
 
 
-def _pulled_by_one(two_step, points):
+def _pulled_by_one(examined, points):
     """How far one wrong value may have moved points, (n_points,) [m]; NaN without.
 
-    Of three and more values in the two steps the median holds: the rest is what pulls
-    the point. Of two nothing tells which is wrong, so half of their distance.
+    Of three and more values in two steps the median holds: the rest is what pulls the
+    point. Of two nothing tells which is wrong, so half of their distance.
     """
-    names, means = points["point_id"], two_step.means
+    if examined.two_step is not examined:
+        return _pulled_in_adjustment(examined.residuals, points["point_id"])
+    names, means, two_step = points["point_id"], examined.means, examined
     median = _medians(means, names)
     apart = apart_from(points, pd.concat([median, means.points]))[:, :2]
     known = two_step.points.drop_duplicates("point_id").set_index("point_id")
     known = known.reindex(names)
     half = np.where(known["n_models"] == 2, known["spread_total"] / np.sqrt(2.0), 0.0)
     return np.hypot(np.hypot(*apart.T), half)
+
+
+def _pulled_in_adjustment(residuals, names):
+    """The same of an adjustment, whose residuals lead from a point to its values.
+
+    Two values that nothing refuses confirm each other: the point is pulled away from
+    the median of such. Where no more than one is left it is wrong as often as not, and
+    then the point lies no nearer than the nearest of the others.
+    """
+    axes = ["residual_easting", "residual_northing"]
+    rows = residuals.loc[is_among(residuals["point_id"], names)]
+    good = rows[~rows["is_suspect"].astype(bool)].groupby("point_id")[axes]
+    median = good.median().reindex(names).to_numpy()
+    n_good = good.size().reindex(names, fill_value=0).to_numpy()
+    away = np.hypot(*rows[axes].to_numpy(dtype=float).T)
+    of_points = pd.Series(away).groupby(rows["point_id"].to_numpy())
+    nearest = of_points.apply(_second).reindex(names).to_numpy() / np.sqrt(2.0)
+    return np.where(n_good > 1, np.hypot(*median.T), nearest)
+
+
+def _second(values):
+    """Second smallest of some values; NaN of one."""
+    return np.sort(values)[1] if len(values) > 1 else np.nan
 
 
 def _approximations(two_step, suspects):
@@ -154,6 +185,22 @@ def _approximations(two_step, suspects):
         return points
     median = _medians(two_step.high.means, suspects)
     return pd.concat([median, points])  # of which the first counts
+
+
+def _that_agree(known, two_step):
+    """Approximate coordinates of two values and more that confirm each other.
+
+    Of two that lie far apart either may be wrong, and a single one is among the values
+    that the adjustment has of the point.
+    """
+    if two_step.high is None:
+        return known
+    spread = two_step.approximations["spread_total"].to_numpy(dtype=float)
+    n_models = two_step.approximations["n_models"].to_numpy()
+    usual = np.nanmedian(spread) if np.isfinite(spread).any() else 0.0
+    is_bare = (n_models < LEAST_VALUES) & ~(spread <= LARGE_SPREAD * usual)
+    names = two_step.approximations.loc[is_bare, "point_id"]
+    return known[~is_among(known["point_id"], names)]
 
 
 def _medians(means, names):
@@ -192,12 +239,25 @@ def moved_between_ways(adjusted) -> Displacement:
     # regions of the adjustment are those that control follows too
     if two_step.is_put_off and not adjusted.displaced_regions:
         two_step = two_step.corrected
-    apart = new_points_apart(adjusted, two_step.points)
+    apart = new_points_apart(adjusted, _as_told(two_step))
     s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
     both = (adjusted, two_step)
     plan = s_0 * np.hypot(adjusted.figures.mean_within, _by_what_was_stated(two_step))
     height = s_0 * np.linalg.norm([each.stated_height for each in both])
     return Displacement(_beyond(apart.plan, plan), _beyond(apart.height, height))
+
+
+def _as_told(two_step):
+    """Points of the two steps without what their own values contradict.
+
+    Where these lie far apart, the mean leans on one that is wrong: it is their median,
+    and of two values neither tells where the point is.
+    """
+    points, is_far = two_step.points, two_step.far_apart
+    if not is_far.any():
+        return points
+    medians = _medians(two_step.means, points.loc[is_far, "point_id"])
+    return pd.concat([medians, points[~is_far]])
 
 
 def _by_what_was_stated(two_step):
