@@ -184,10 +184,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         new = points.loc[points["role"] == "new", HEIGHT].to_numpy(dtype=float)
         return float(np.sqrt(np.mean(new**2))) if len(new) else np.nan
 
-    @cached_property
-    def repeated_settings(self):
-        """m_g from points that were set several times, a DataFrame."""
-        return m_g_of_repeated_settings(self)
+    repeated_settings = cached_property(m_g_of_repeated_settings)
 
 
 @forwarding("solution", *SOLVED_IN_TWO_STEPS)
@@ -288,11 +285,7 @@ class TwoStepExamination(Examination):
         """Standard error that is claimed for single points, a column of ``points``."""
         return claimed_column(self)
 
-    @cached_property
-    def claim(self):
-        """Tests of the claimed figure against the measurements: Claim."""
-        return examine_claim(self)
-
+    claim = cached_property(examine_claim)
     height_claim = cached_property(examine_height_claim)
     control_height_parts = cached_property(control_height_parts)
 

@@ -50,7 +50,7 @@ def wrong_control_height(examined):
     given = examined.two_step.given_heights
     is_control = given is None or given.are_control
     table = "control_points" if is_control else "approximate_points"
-    known["facts"]["height_of"] = table
+    known["facts"] |= {"height_of": table}
     return finding("wrong_control_height", remedy="check_that_height", **known)
 
 
@@ -70,16 +70,14 @@ def heights_out_of_scale(examined):
         return None
     known = _told(pattern, names=pattern.flights)
     ratio = pattern.amplitude[0]
-    known["facts"]["per_cent"] = 100.0 * ratio
     distances = {
         float(distance) * (1.0 - ratio)
         for name in pattern.flights
         if np.isscalar(distance := examined.block.flights[name].principal_distance_mm)
     }
     # the same for all, or none
-    known["facts"]["principal_distance_mm"] = (
-        distances.pop() if len(distances) == 1 and ratio < 1.0 else None
-    )
+    distance = distances.pop() if len(distances) == 1 and ratio < 1.0 else None
+    known["facts"] |= {"per_cent": 100.0 * ratio, "principal_distance_mm": distance}
     return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
 
 
