@@ -27,13 +27,6 @@ CLAIM = Part(
                 "none was looked for, or one was found"
             ),
         ),
-        "unseen_scale": (
-            "",
-            (
-                "in height_claim: an error of the scale of model heights that would "
-                "pass unseen and matters; null if there is none, and in claim"
-            ),
-        ),
         "paper": (
             "",
             (
@@ -134,23 +127,6 @@ SHIFT = Part(
                 "the same for the region that is determined worst; null if nothing "
                 "ties it to the others"
             ),
-        ),
-    },
-)
-
-UNSEEN_SCALE = Part(
-    places=("claim.unseen_scale", "height_claim.unseen_scale"),
-    names={
-        "detectable": (
-            "",
-            (
-                "relative error of the scale of model heights that is found in 80 of "
-                "100 cases; smaller ones may pass unseen"
-            ),
-        ),
-        "moved_per_cent": (
-            "m",
-            "how far one per cent of it moves the heights of the new points, RMS",
         ),
     },
 )
@@ -309,7 +285,6 @@ PARTS = (
     CLAIM,
     CLAIM_TEST,
     SHIFT,
-    UNSEEN_SCALE,
     KNOWN_POINTS,
     LEFT_OUT,
     TOLERANCE_FACTS,

@@ -144,8 +144,13 @@ FACTS = Part(
             "%",
             (
                 "of heights_out_of_scale the error of the height scale, of "
+                "unseen_height_scale the one that would be noticed, of "
                 "stretched_models the stretch"
             ),
+        ),
+        "moved_per_cent": (
+            "m",
+            "how far one per cent of it moves the heights of the new points, RMS",
         ),
         "principal_distance_mm": (
             "mm",

@@ -137,6 +137,9 @@ MEANINGS = mark_each(
         "heights_beyond_claim": (
             "Heights of known points that are missed by more than the claim predicts."
         ),
+        "unseen_height_scale": (
+            "Given heights that do not tell whether the principal distance is right."
+        ),
         "curvature_untold": (
             "Heights that a curved Earth would bend, where nobody says what the map is."
         ),
@@ -373,6 +376,9 @@ CAUSES = mark_each(
         "heights_beyond_claim": (
             "Heights of known points are wrong, or m_g_um or the stated errors are "
             "too small."
+        ),
+        "unseen_height_scale": (
+            "Control lies at nearly one height, the new points do not."
         ),
         "curvature_untold": ("block.toml names no reference system (crs)."),
         "high_flight_that_misfits": (

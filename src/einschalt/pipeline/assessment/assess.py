@@ -1,6 +1,6 @@
 """What is to be thought of a result: judged once, told by others."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import singledispatch
 
 import numpy as np
@@ -21,7 +21,6 @@ from einschalt.pipeline.assessment.choice import (
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.claim import Claim
-from einschalt.pipeline.assessment.evidence.control.heights import unseen_scale
 from einschalt.pipeline.assessment.examination import (
     SimultaneousExamination,
     TwoStepExamination,
@@ -147,9 +146,7 @@ def assess(result) -> Assessment:
         credible_heights=examined.credible_heights,
         claim_is_supported=_is_supported(examined, is_grave=is_grave),
         claim=examined.claim,
-        height_claim=replace(
-            examined.height_claim, unseen_scale=unseen_scale(examined)
-        ),
+        height_claim=examined.height_claim,
         known_points=known_point_facts(examined),
         flights=flight_facts(examined),
         approximations=approximation_facts(examined),

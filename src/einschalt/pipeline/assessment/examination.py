@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.forwarding import forwarding
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import (
     PAPER,
@@ -125,17 +126,6 @@ SOLVED_IN_TWO_STEPS = (
 )
 
 
-def forwarding(part, *names):
-    """Decorate a class: it gives what a part of it has under these names."""
-
-    def decorated(kind):
-        for name in names:
-            setattr(kind, name, property(attrgetter(f"{part}.{name}")))
-        return kind
-
-    return decorated
-
-
 @forwarding("solution", *SOLVED)
 @dataclass(frozen=True, eq=False, repr=False)
 class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
@@ -184,7 +174,10 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         new = points.loc[points["role"] == "new", HEIGHT].to_numpy(dtype=float)
         return float(np.sqrt(np.mean(new**2))) if len(new) else np.nan
 
-    repeated_settings = cached_property(m_g_of_repeated_settings)
+    @cached_property
+    def repeated_settings(self):
+        """m_g from points that were set several times, a DataFrame."""
+        return m_g_of_repeated_settings(self)
 
 
 @forwarding("solution", *SOLVED_IN_TWO_STEPS)
@@ -285,7 +278,11 @@ class TwoStepExamination(Examination):
         """Standard error that is claimed for single points, a column of ``points``."""
         return claimed_column(self)
 
-    claim = cached_property(examine_claim)
+    @cached_property
+    def claim(self):
+        """Tests of the claimed figure against the measurements: Claim."""
+        return examine_claim(self)
+
     height_claim = cached_property(examine_height_claim)
     control_height_parts = cached_property(control_height_parts)
 

@@ -25,7 +25,11 @@ from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     with_region_back,
 )
 from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
+from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
+    without_given,
+)
 from einschalt.pipeline.assessment.findings.catalogue import findings_of, in_order
+from einschalt.pipeline.assessment.findings.heights import height_as_without_it
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
 from einschalt.pipeline.assessment.findings.suspects import (
     largest_residual,
@@ -138,8 +142,12 @@ def with_wrong_height(examined, judges, findings):
         return findings
     if not _is_small(examined.two_step):
         return findings
-    explained = _gone_without_control(examined, judges, may_follow, cause.names)
-    return with_consequences(cause, findings, explained) if explained else findings
+    again, explained = _without_control(examined, judges, may_follow, cause.names)
+    if not explained:
+        return findings
+    told = height_as_without_it(cause, examined, again)
+    findings = tuple(told if found is cause else found for found in findings)
+    return with_consequences(told, findings, explained)
 
 
 def with_wrong_control(examined, judges, findings):
@@ -168,30 +176,21 @@ def with_wrong_control(examined, judges, findings):
 
 
 def _gone_without_control(examined, judges, codes, wrong):
-    """Codes of findings that are gone without some control points.
+    """Codes of findings that are gone without some control points."""
+    return _without_control(examined, judges, codes, wrong)[1]
+
+
+def _without_control(examined, judges, codes, wrong):
+    """The examination without some control points, and codes of findings then gone.
 
     Where there is no high flight, without them among the approximate points as well.
     """
     try:
-        again = examined.computed_again(_without_given(examined.block, wrong))
+        again = examined.computed_again(without_given(examined.block, wrong))
         remaining = {found.code for found in findings_of(again, judges)}
     except EinschaltError:  # the rest does not determine the block
-        return ()
-    return tuple(code for code in codes if code not in remaining)
-
-
-def _without_given(block, wrong):
-    tables = {
-        name: getattr(block, name) for name in ("control_points", "approximate_points")
-    }
-    return replace(
-        block,
-        **{
-            name: table[~table["point_id"].isin(wrong)]
-            for name, table in tables.items()
-            if table is not None
-        },
-    )
+        return None, ()
+    return again, tuple(code for code in codes if code not in remaining)
 
 
 def with_other_targets(examined, judges, findings):

@@ -40,6 +40,7 @@ from einschalt.pipeline.block.scales import (
     equal_height_problems,
     extent_problems,
     image_size_problems,
+    lost_image_points,
     scale_problems,
 )
 from einschalt.pipeline.block.stereo_models import (
@@ -220,19 +221,7 @@ class _Check:
         """Image coordinates that the camera does not know, or that have no mm."""
         frame = flight.image_coordinates()
         is_lost = frame["x"].isna().to_numpy()
-
-        def problem(place):
-            column, row = flight.image_points[["x", "y"]].iloc[place]
-            return ConsistencyError(
-                f"x {column:g}, y {row:g} lies where the distortion has no inverse",
-                expected="a point within the image of the camera",
-                remedy="Check the point, and the coefficients of the camera",
-                file=self._file(table),
-                **tables.row_location(frame, place),
-            )
-
-        places = np.flatnonzero(is_lost)
-        self.problems += tables.listed(places, problem, "so it is")
+        self.problems += lost_image_points(flight, is_lost, self._file(table))
         if not is_lost.all():
             distance, file = flight.principal_distance_mm, self._file(table)
             self.problems += image_size_problems(frame[~is_lost], distance, file)
@@ -380,6 +369,11 @@ class _Check:
                 "low_flight", self._measured("high_flight"), "the high flight"
             )
 
+    def _named(self, ground):
+        """What given points are called: control, where it stands for others."""
+        is_control = self._file(ground) == self._file("control_points")
+        return "control_points" if is_control else ground
+
     def _models_without(self, flight_name, known, ground):
         table = self._model_table(flight_name)
         has_ground = is_among(table["point_id"], known)
@@ -399,7 +393,7 @@ class _Check:
         def problem(place):
             facts = tables.row_location(table, place)
             return ConsistencyError(
-                **lack_of_common_points(common[place], least, ground),
+                **lack_of_common_points(common[place], least, self._named(ground)),
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
                 model=facts["model"],

@@ -75,6 +75,26 @@ def extent_problems(frame, key, unit, file):
     ]
 
 
+def lost_image_points(flight, is_lost, file):
+    """Say of image points that they lie where no camera sees anything.
+
+    ``is_lost`` (n_points,): of ``flight.image_points``.
+    """
+    points = flight.image_points
+
+    def problem(place):
+        column, row = points[["x", "y"]].iloc[place]
+        return ConsistencyError(
+            f"x {column:g}, y {row:g} lies where the distortion has no inverse",
+            expected="a point within the image of the camera",
+            remedy="Check the point, and the coefficients of the camera",
+            file=file,
+            **tables.row_location(points, place),
+        )
+
+    return tables.listed(np.flatnonzero(is_lost), problem, "so it is")
+
+
 def image_size_problems(frame, distance, file):
     """Say of image coordinates that they are far too large or small for their camera.
 

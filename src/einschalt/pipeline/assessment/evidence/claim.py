@@ -64,14 +64,6 @@ class ClaimTest:
     is_length: bool = True
 
 
-@dataclass(frozen=True)
-class UnseenScale:
-    """A scale of model heights that is wrong by much, and passes unseen."""
-
-    detectable: float  # ratio from which on it is found in 80 of 100 cases
-    moved_per_cent: float  # new points' heights by a per cent of it, RMS [m]
-
-
 @dataclass(frozen=True, eq=False)
 class Claim:
     """The tests of a block's claim."""
@@ -89,8 +81,6 @@ class Claim:
     # coverage differences against the budget, which takes all values of a point for
     # independent. It is no claim where there is a propagated figure.
     paper: ClaimTest | None = None
-    # of heights: a wrong scale that would matter, where the given ones do not tell it
-    unseen_scale: UnseenScale | None = None
 
     @property
     def is_assumed(self) -> bool:

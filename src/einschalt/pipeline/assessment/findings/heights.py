@@ -1,7 +1,16 @@
 """Whether heights are as good as stated, and what is wrong where they are not."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    new_points_apart,
+)
+from einschalt.pipeline.assessment.evidence.control.heights import (
+    LEAST_OF_SCALE,
+    unseen_scale,
+)
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
     bend_without_system,
@@ -54,6 +63,25 @@ def wrong_control_height(examined):
     return finding("wrong_control_height", remedy="check_that_height", **known)
 
 
+def height_as_without_it(cause, examined, again):
+    """The wrong height as the block without it shows it.
+
+    One of hundreds of metres tilts its models by more than linear operators tell.
+    """
+    (name,) = cause.names
+    table = getattr(examined.block, cause.facts["height_of"])
+    points = again.points
+    found = points.loc[points["point_id"] == name, "height"]
+    given = table.loc[table["point_id"] == name, "height"]
+    if found.empty or not np.isfinite(found.iloc[0]):
+        return cause
+    size = abs(float(found.iloc[0] - given.iloc[0]))
+    moved = new_points_apart(examined, points).height
+    return replace(
+        cause, observed=size, facts=cause.facts | {"size": size, "moved": moved}
+    )
+
+
 def broken_heights(examined):
     """Control heights of which one part lies apart from the other, or bent ones."""
     pattern = _pattern(examined, Kind.STEP, Kind.BEND)
@@ -79,6 +107,24 @@ def heights_out_of_scale(examined):
     distance = distances.pop() if len(distances) == 1 and ratio < 1.0 else None
     known["facts"] |= {"per_cent": 100.0 * ratio, "principal_distance_mm": distance}
     return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
+
+
+def unseen_height_scale(examined):
+    """Given heights that do not tell whether the principal distance is right."""
+    unseen = unseen_scale(examined)
+    if unseen is None:
+        return None
+    return finding(
+        "unseen_height_scale",
+        statistic="error of the scale of model heights that would be noticed",
+        observed=unseen.detectable,
+        expected=LEAST_OF_SCALE,
+        remedy="make_sure_of_principal_distance",
+        facts={
+            "per_cent": 100.0 * unseen.detectable,
+            "moved_per_cent": unseen.moved_per_cent,
+        },
+    )
 
 
 def curvature_untold(examined):
@@ -125,5 +171,6 @@ TWO_STEP = SIMULTANEOUS = (
     broken_heights,
     heights_out_of_scale,
     heights_beyond_claim,
+    unseen_height_scale,
     curvature_untold,
 )

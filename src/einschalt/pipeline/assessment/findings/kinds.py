@@ -48,6 +48,7 @@ KINDS = {
     "broken_heights": (CONTROL, GRAVE),
     "wrong_control_height": (CONTROL, GRAVE),
     "heights_beyond_claim": (BLOCK, GRAVE),
+    "unseen_height_scale": (BLOCK, NOTE),
     "curvature_untold": (BLOCK, WARNING),
     "high_flight_that_misfits": (FLIGHT, GRAVE),
     "contradicted_propagation": (BLOCK, GRAVE),

@@ -3,7 +3,7 @@
 import math
 
 from einschalt.foundations.language import figure, mark, mark_each, translated
-from einschalt.foundations.typesetting import fixed, length, lengths, number
+from einschalt.foundations.typesetting import fixed, length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import probability
 
@@ -48,11 +48,6 @@ SEEN_NOWHERE = mark(
     "Neighbouring given coordinates that are displaced together would not be noticed: "
     "hardly anything connects the models."
 )
-UNSEEN_SCALE = mark(
-    "Given heights differ too little to tell the scale of model heights: an error of "
-    "it, such as that of a wrong principal distance, would be noticed from {per_cent} "
-    "per cent on. Each one moves the heights of the new points by {length} (RMS)."
-)
 # of what is measured beside what was predicted
 BY_PROPAGATION = mark("{length} by propagation (P {p})")
 BY_BUDGET = mark("{length} by Kovarik's budget (P {p})")
@@ -84,16 +79,7 @@ def heights(claim) -> Section:
     if not claim.tests:
         return NO_SECTION
     title = translated("Is the stated precision of the heights supported? (RMS)")
-    remarks = (_meaning_of_p(),)
-    if claim.unseen_scale is not None:
-        remarks = (*remarks, _unseen(claim.unseen_scale))
-    return Section(title, _header(), _rows(claim), remarks)
-
-
-def _unseen(scale):
-    per_cent = number(100.0 * scale.detectable)
-    moved = length(scale.moved_per_cent)
-    return translated(UNSEEN_SCALE, per_cent=per_cent, length=moved)
+    return Section(title, _header(), _rows(claim), (_meaning_of_p(),))
 
 
 def _header():

@@ -14,6 +14,9 @@ REMEDIES = mark_each(
         "check_principal_distance": (
             "Check the principal distance, the scale of z and the base"
         ),
+        "make_sure_of_principal_distance": (
+            "Make sure of the principal distance, or give points at other heights"
+        ),
         "give_system": (
             'Give the reference system of the coordinates, such as crs = "EPSG:31255"; '
             'or earth_curvature = "ignored" if they are those of a plane, or the '
@@ -39,6 +42,11 @@ APART = mark(
 OUT_OF_SCALE = mark(
     "{flights}: the scale of model heights differs from that of given heights "
     "({per_cent:+.2f} %), which moves heights by {moved:length} (RMS)"
+)
+UNSEEN = mark(
+    "Given heights differ too little to check the principal distance: an error of it "
+    "would be noticed from {per_cent} per cent on. Each one moves the heights of the "
+    "new points by {moved} (RMS)"
 )
 POINT_OFF = mark_each(
     {
@@ -82,6 +90,12 @@ def wrong_control_height(finding):
     return filled(POINT_OFF[finding.facts["height_of"]], finding)
 
 
+def unseen_height_scale(finding):
+    """From which error on it would be noticed, and what smaller ones do."""
+    moved = length(finding.facts["moved_per_cent"])
+    return translated(UNSEEN, per_cent=number(finding.facts["per_cent"]), moved=moved)
+
+
 def heights_out_of_scale(finding):
     """Of which flights, and by how much."""
     flights = ", ".join(map(flight_name, finding.names))
@@ -103,5 +117,6 @@ WORDS = mark_each(
         "broken_heights": broken_heights,
         "heights_out_of_scale": heights_out_of_scale,
         "wrong_control_height": wrong_control_height,
+        "unseen_height_scale": unseen_height_scale,
     }
 )

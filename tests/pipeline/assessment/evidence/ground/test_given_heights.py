@@ -92,7 +92,7 @@ def test_clean_heights_keep_their_claim(clean):
     assert test.n_points == 24  # one of them lies in no model that can be used
     assert test.p_value > 0.01
     assert clean.examination.control_patterns.height is None
-    assert clean.assessment.height_claim.unseen_scale is None
+    assert "unseen_height_scale" not in codes(clean)
     assert not clean.assessment.credible_heights.is_lower_bound
 
 
@@ -175,9 +175,23 @@ def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):
     given[AXES] += rng.normal(0.0, ERROR, (len(given), 3))
     control = given.assign(standard_error_m=np.sqrt(2.0) * ERROR, role="control")
     flat = replace(block, approximate_points=given, control_points=control)
-    unseen = densify(flat).assessment.height_claim.unseen_scale
-    assert unseen is not None
-    assert unseen.detectable * 100.0 * unseen.moved_per_cent > 0.05
+    result = densify(flat)
+    (found,) = (
+        f for f in result.assessment.findings if f.code == "unseen_height_scale"
+    )
+    assert found.facts["per_cent"] > 2.0
+    assert found.facts["per_cent"] * found.facts["moved_per_cent"] > 0.05
+    # what a per cent does, by what it does
+    points, others = (
+        densify(one).points.set_index("point_id")
+        for one in (flat, with_distance(flat, 1.01))
+    )
+    new = points.index[points["role"] == "new"]
+    moved = others.loc[new, "height"] - points.loc[new, "height"]
+    size = np.sqrt(np.nanmean(moved**2))
+    assert size == pytest.approx(found.facts["moved_per_cent"], rel=0.05)
+    told = " ".join(result.summary().split())
+    assert "differ too little to check the principal distance" in told
 
 
 def test_with_a_high_flight_control_is_left_out_instead(block):
@@ -187,3 +201,22 @@ def test_with_a_high_flight_control_is_left_out_instead(block):
     both = densify(simulate_block("demo", seed=2, geometry=geometry))
     assert both.examination.given_heights is None
     assert both.examination.left_out_control is not None
+
+
+def test_a_height_in_feet_is_told_as_large_as_it_is(block):
+    """It turns its models over: linear operators tell a part of it."""
+
+    def change(table):
+        return table["height"] * np.where(table.index == 5, 3.2808, 1.0)
+
+    result = densify(with_heights(block, change))
+    (found,) = (
+        f for f in result.assessment.findings if f.code == "wrong_control_height"
+    )
+    error = 2.2808 * block.control_points["height"].iloc[5]
+    assert found.names == (block.control_points["point_id"].iloc[5],)
+    assert found.facts["size"] == pytest.approx(error, rel=0.01)
+    good = densify(block).points.set_index("point_id")["height"]
+    points = result.points[result.points["role"] == "new"].set_index("point_id")
+    moved = np.sqrt(np.mean((points["height"] - good.reindex(points.index)) ** 2))
+    assert found.facts["moved"] == pytest.approx(moved, rel=0.1)

@@ -156,6 +156,21 @@ def _without(block, found):
     )
 
 
+def without_given(block, wrong):
+    """A block without some points, among control and approximate points."""
+    tables = {
+        name: getattr(block, name) for name in ("control_points", "approximate_points")
+    }
+    return replace(
+        block,
+        **{
+            name: _others(table, wrong)
+            for name, table in tables.items()
+            if table is not None
+        },
+    )
+
+
 def _others(points, names):
     return points[~is_among(points["point_id"], names)].reset_index(drop=True)
 
