@@ -100,3 +100,18 @@ def test_a_model_that_was_given_up_counts_for_nothing(names_mixed_up, outliers):
 def test_with_no_model_given_up_both_are_the_same(demo_block):
     solution = result_of(demo_block, "snoop").solution
     assert solution.two_step is solution.all_in_two_steps
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_a_model_of_two_points_that_is_given_up_is_judged_beside(demo_block, method):
+    """The two steps of the others look for patterns in what they hold, and no more."""
+    flight = demo_block.low_flight
+    points, keys = flight.model_points, ["coverage", "model_id"]
+    is_first = (points[keys] == points.loc[0, keys]).all(axis=1)
+    few = points[~is_first | (points.index < 2)].reset_index(drop=True)
+    block = replace(demo_block, low_flight=replace(flight, model_points=few))
+    result = densify(block, Settings(method=method))
+    assert len(result.failures) == 1
+    beside = result.assessment  # ended in an IndexError
+    assert np.isfinite(beside.credible.value)
+    assert not beside.credible.is_lower_bound

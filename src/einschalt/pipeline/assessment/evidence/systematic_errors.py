@@ -298,7 +298,7 @@ def _strain(examined, transformations, errors, affine):
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
     is_used = is_used & ~is_among(control["point_id"], examined.excluded_control)
-    tables = {name: block.flights[name].points_to_fit for name in transformations}
+    tables = {name: examined.model_points[name] for name in transformations}
     held = pd.concat([table["point_id"] for table in tables.values()])
     # what no model holds says nothing, and may lie anywhere
     is_held = is_among(control["point_id"], held)
