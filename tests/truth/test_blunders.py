@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.truth.long_form.blunder_kinds import KINDS, kinds_for
 from tests.truth.long_form.blunder_power import is_too_weak
-from tests.truth.long_form.blunders import LEAST_COVERED, Outcome, outcome_of
+from tests.truth.long_form.blunders import LEAST_COVERED, Outcome, draw, outcome_of
 
 from einschalt.foundations.errors import EinschaltError
 
@@ -33,6 +33,16 @@ def test_a_blunder_is_told_and_covered(block, name, method):
     rng = np.random.default_rng(3)
     spoilt = kind_of(name).spoil(block, rng)
     outcome = outcome_of(name, spoilt, block.truth, method)
+    assert outcome.is_called_out
+    assert outcome.covered >= LEAST_COVERED
+
+
+def test_gross_errors_of_photographs_that_leave_no_two_steps_are_told():
+    """One name in twenty is wrong: of one flight no model is held."""
+    drawn, kind, rng = draw(1008)
+    assert kind.name == "one in twenty names"
+    spoilt = kind.spoil(drawn, rng)
+    outcome = outcome_of(kind.name, spoilt, drawn.truth, "simultaneous")
     assert outcome.is_called_out
     assert outcome.covered >= LEAST_COVERED
 

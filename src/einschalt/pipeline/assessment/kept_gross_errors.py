@@ -98,7 +98,7 @@ def with_kept_gross_errors(examined, judges, findings):
         replace(found, explained_by=CODE) if found in explained else found
         for found in findings
     )
-    return in_order((*marked, _finding(examined.two_step, gross, explained)))
+    return in_order((*marked, _finding(examined.all_in_two_steps, gross, explained)))
 
 
 def with_exchanged_control(examined, judges, findings):
@@ -385,7 +385,7 @@ def _of_control_measured_once(examined, table):
 
     Where others agree with the given coordinates, these are not wrong.
     """
-    high = examined.two_step.model_points.get(HIGH)
+    high = examined.all_in_two_steps.model_points.get(HIGH)
     if high is None:
         return np.empty(0, dtype=object)
     control = examined.block.control_points["point_id"]
@@ -401,10 +401,13 @@ def _is_confirmed(again, names):
     Without their measurement in the high flight nothing has drawn it there: what was
     wrong then is the measurement.
     """
-    points = again.two_step.points.set_index("point_id").reindex(names)
-    if not len(names) or TOTAL not in points:
+    two_step = again.all_in_two_steps
+    if not len(names) or not two_step.is_possible:
         return not len(names)
-    given = given_errors(again.two_step, names) ** 2 / 2.0
+    points = two_step.points.set_index("point_id").reindex(names)
+    if TOTAL not in points:
+        return False
+    given = given_errors(two_step, names) ** 2 / 2.0
     variance = points[TOTAL] ** 2 / 2.0 + given
     squares = points["difference_easting"] ** 2 + points["difference_northing"] ** 2
     p_values = [np.exp(-squares / variance / 2.0)]
