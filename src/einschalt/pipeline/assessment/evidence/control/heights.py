@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.names import encode
+from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.claim import (
     LEFT_OUT,
     RESIDUALS,
@@ -113,6 +113,8 @@ def _check(examined, points):
     """Check points: densified minus given, both with errors."""
     errors = examined.errors
     missed = points["difference_height"].notna() & (points["role"] == "check")
+    # of a point that the two steps do not have nothing is propagated
+    missed &= is_among(points["point_id"], errors.point_ids)
     rows = points[missed].head(MOST_POINTS)
     if rows.empty:
         return None
