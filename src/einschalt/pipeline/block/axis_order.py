@@ -109,7 +109,7 @@ def mirrored_problems(images, ground, name, files):
     if not is_known.any():
         return []
     parts = segments_present(encode(images["image_id"][is_known]).codes)
-    there = values_of(ground, list(PLANE))[place[is_known]][parts.order] @ COMPLEX
+    there = values_of(ground, PLANE)[place[is_known]][parts.order] @ COMPLEX
     here = values_of(images, ["x", "y"])[is_known][parts.order] @ COMPLEX
     here, there = (segment_centred(one, parts.start) for one in (here, there))
     size = segment_sum(abs(here) ** 2, parts.start)

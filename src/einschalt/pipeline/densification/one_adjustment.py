@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.language import mark_each
 from einschalt.pipeline.densification.figures import adjusted_figures
 from einschalt.pipeline.densification.gross_errors import (
     columns_of_gross,
@@ -31,6 +32,13 @@ from einschalt.stages.error_propagation.shared_error import (
     with_shared_columns,
 )
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
+
+NOTHING_HELD = mark_each(
+    {
+        "high_flight": "the adjustment holds no model of the high flight",
+        "low_flight": "the adjustment holds no model of the low flight",
+    }
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -123,7 +131,7 @@ def _of_models_held(in_two_steps, adjusted, block, settings, flights):
     }
     for name, oriented in held.items():
         if oriented.model_points.empty:
-            return WithoutTwoSteps(block, f"no model of {name} is held")
+            return WithoutTwoSteps(block, NOTHING_HELD[name])
     return _beside(block, settings, held, lambda *_: None)
 
 

@@ -17,7 +17,10 @@ from scipy.special import chdtrc  # scipy.stats takes a second to import
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.names import encode
-from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
+from einschalt.pipeline.assessment.evidence.mean_residuals import (
+    fits_without,
+    mean_residuals,
+)
 from einschalt.pipeline.assessment.evidence.without_gross_errors import (
     MOST_SUSPECTS,
     good_rows,
@@ -259,18 +262,23 @@ class _ClaimTests:
     def _residuals(self):
         """Size of the residuals, and likeness of neighbours; with their field."""
         model = self.model
-        means = mean_residuals(self.examined, model, MOST_SUSPECTS)
+        low = self.examined.low
+        is_suspect = low.residuals["is_suspect"].to_numpy(dtype=bool)
+        # of very many suspects it is not these that are wrong
+        is_out = is_suspect & (is_suspect.sum() <= MOST_SUSPECTS * len(is_suspect))
+        means = mean_residuals(low, model, fits_without(low, low.residuals[is_out]))
         if len(means.vectors) < FEWEST_POINTS:
             return (), None
         drawn = means.of_values.apply(self.drawn.low)
         of_draws = model.axes.plan(drawn - means.of_ground.apply(self.drawn.ground))
-        size = _test_of_size(RESIDUALS, means.vectors, of_draws)
+        vectors = means.vectors[:, : len(PLAN)]
+        size = _test_of_size(RESIDUALS, vectors, of_draws)
         if model.is_assumed and self.examined.block.approximate_m_0_m is not None:
             # errors that neighbours share leave small residuals: both tails
             p_value = 2.0 * min(size.p_value, 1.0 - size.p_value)
             size = replace(size, p_value=p_value)
         near = nearest_neighbours(means.positions)
-        i, drawn_i = morans_i(means.vectors, near), morans_i(of_draws, near)
+        i, drawn_i = morans_i(vectors, near), morans_i(of_draws, near)
         autocorrelation = ClaimTest(
             NEIGHBOURS,
             len(means.vectors),
@@ -279,7 +287,7 @@ class _ClaimTests:
             tail_of_mean(i, drawn_i),
             is_length=False,
         )
-        field = ResidualField(means.positions, means.vectors, of_draws)
+        field = ResidualField(means.positions, vectors, of_draws)
         return (size, autocorrelation), field
 
     def _regions(self):

@@ -19,23 +19,23 @@ KEY = ["coverage", "model_id", "point_id"]
 class MeanResiduals:
     """Residuals of each point on the average of its models."""
 
-    # shape (n_points, 2); transformed minus approximate, easting and northing [m]
+    # shape (n_points, n_axes); transformed minus approximate [m]
     vectors: np.ndarray
     positions: np.ndarray  # shape (n_points, 2); easting, northing [m]
+    places: np.ndarray  # shape (n_points,); which of the given points they are
     # they are ``of_values`` times the errors of the values less ``of_ground`` times
     # those of the approximate coordinates
     of_values: PointOperator
     of_ground: PointOperator
 
 
-def mean_residuals(examined, model, most_suspects) -> MeanResiduals:
+def mean_residuals(low, model, is_good) -> MeanResiduals:
     """Average the residuals of the low flight over the models of each point.
 
-    Suspects are left out where their share is not larger than ``most_suspects``.
+    ``low`` is the flight as it was fitted, ``model`` that of its errors, and
+    ``is_good`` (n_fits,) what is averaged of the fitted points.
     """
-    low = examined.low
     observed = low.observed
-    is_good = _is_good(examined, most_suspects)
     rows, onto = observed.row_numbers[is_good], observed.ground_rows[is_good]
     places = model.places[onto]
     distinct, group = np.unique(places, return_inverse=True)
@@ -44,21 +44,20 @@ def mean_residuals(examined, model, most_suspects) -> MeanResiduals:
     mean = weighted_mean(sort.order, np.ones(n_rows), sort.start, n_rows, axes)
     first = sort.order[sort.start[:-1]]
     return MeanResiduals(
-        vectors=mean.of_vectors(low.fit.residuals[is_good])[:, :2],
+        vectors=mean.of_vectors(low.fit.residuals[is_good]),
         positions=observed.target[is_good][first, :2],
+        places=distinct,
         of_values=(mean @ selection(rows, model.low.measured.n_points, axes)).formed(),
         of_ground=selection(distinct, model.low.ground.n_sources, axes),
     )
 
 
-def _is_good(examined, most_suspects):
-    """Observations of usable models with redundancy that are no suspects."""
-    low = examined.low
+def fits_without(low, suspects):
+    """Fitted points of usable models with redundancy that are none of some, (n_fits,).
+
+    ``suspects``: rows of ``low.residuals`` that are left out.
+    """
     observed = low.observed
-    is_usable = low.models["is_usable"].to_numpy() & (low.fit.redundancy > 0)
+    is_usable = low.models["is_usable"].to_numpy(dtype=bool) & (low.fit.redundancy > 0)
     usable = np.repeat(is_usable, np.diff(observed.start))
-    residuals = low.residuals
-    suspects = residuals.loc[residuals["is_suspect"], KEY]
-    if len(suspects) > most_suspects * len(residuals):
-        return usable
-    return usable & ~rows_among(observed.rows, suspects, KEY)
+    return usable & ~rows_among(observed.rows, suspects[KEY], KEY)

@@ -168,14 +168,10 @@ def _pulled_in_adjustment(residuals, names):
     median = good.median().reindex(names).to_numpy()
     n_good = good.size().reindex(names, fill_value=0).to_numpy()
     away = np.hypot(*rows[axes].to_numpy(dtype=float).T)
-    of_points = pd.Series(away).groupby(rows["point_id"].to_numpy())
-    nearest = of_points.apply(_second).reindex(names).to_numpy() / np.sqrt(2.0)
+    away = pd.Series(away, index=rows["point_id"].to_numpy()).sort_values()
+    second = away[away.groupby(level=0).cumcount().to_numpy() == 1]
+    nearest = second.reindex(names).to_numpy() / np.sqrt(2.0)
     return np.where(n_good > 1, np.hypot(*median.T), nearest)
-
-
-def _second(values):
-    """Second smallest of some values; NaN of one."""
-    return np.sort(values)[1] if len(values) > 1 else np.nan
 
 
 def _approximations(two_step, suspects):

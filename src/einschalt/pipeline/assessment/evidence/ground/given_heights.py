@@ -15,11 +15,13 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.batches import segments
-from einschalt.foundations.key_columns import rows_among
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
+)
+from einschalt.pipeline.assessment.evidence.mean_residuals import (
+    fits_without,
+    mean_residuals,
 )
 from einschalt.stages.error_propagation.error_model import (
     LOW,
@@ -32,7 +34,6 @@ from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
     selection,
-    weighted_mean,
 )
 
 # of more points the covariance would be too large: these stand for all
@@ -40,7 +41,6 @@ MOST_GIVEN = 500
 LEAST_VARIANCE = 1e-9  # of the largest: below it the fits leave nothing
 # of the models of a point: with more of them it is the point that they contradict
 LARGEST_SHARE_OF_SUSPECTS = 0.5
-KEY = ["coverage", "model_id", "point_id"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,29 +178,22 @@ def given_heights(two_step) -> GivenHeights | None:
     if two_step.block.high_flight is not None or two_step.error_model is None:
         return None
     low, model = two_step.low, two_step.error_model
-    rows = np.flatnonzero(_is_good(low))
-    if model.axes is not Axes.SPACE or not len(rows):
+    is_good = _is_good(low)
+    if model.axes is not Axes.SPACE or not is_good.any():
         return None
-    observed, axes = low.observed, model.axes
-    distinct, group = np.unique(
-        model.places[observed.ground_rows[rows]], return_inverse=True
-    )
-    sort = segments(group, len(distinct))
-    mean = weighted_mean(sort.order, np.ones(len(rows)), sort.start, len(rows), axes)
-    few = np.linspace(0, len(distinct) - 1, min(len(distinct), MOST_GIVEN)).astype(int)
-    mean, distinct = selection(few, len(distinct), axes) @ mean, distinct[few]
-    n_values = model.low.measured.n_points
+    means = mean_residuals(low, model, is_good)
+    n_points, axes = len(means.places), model.axes
+    few = np.linspace(0, n_points - 1, min(n_points, MOST_GIVEN)).astype(int)
+    pick = selection(few, n_points, axes)
     known = two_step.block.approximate_points
     return GivenHeights(
         examined=two_step,
         model=model,
         control=known,
-        point_ids=known["point_id"].to_numpy(dtype=object)[distinct],
-        residuals=mean.of_vectors(low.fit.residuals[rows])[:, HEIGHT[0]],
-        of_values=(
-            mean @ selection(observed.row_numbers[rows], n_values, axes)
-        ).formed(),
-        of_ground=selection(distinct, model.low.ground.n_sources, axes),
+        point_ids=known["point_id"].to_numpy(dtype=object)[means.places[few]],
+        residuals=means.vectors[few, HEIGHT[0]],
+        of_values=(pick @ means.of_values).formed(),
+        of_ground=(pick @ means.of_ground).formed(),
     )
 
 
@@ -209,11 +202,8 @@ def _is_good(low):
 
     Where most models of a point contradict it, it is the point that is wrong.
     """
-    observed, models = low.observed, low.models
-    is_usable = models["is_usable"].to_numpy(dtype=bool) & (low.fit.redundancy > 0)
-    usable = np.repeat(is_usable, np.diff(observed.start))
     residuals = low.residuals
     is_suspect = residuals["is_suspect"].astype(bool)
     share = is_suspect.groupby(residuals["point_id"]).transform("mean")
-    gross = residuals.loc[is_suspect & (share <= LARGEST_SHARE_OF_SUSPECTS), KEY]
-    return usable & ~rows_among(observed.rows, gross, KEY)
+    is_gross = is_suspect & (share <= LARGEST_SHARE_OF_SUSPECTS)
+    return fits_without(low, residuals[is_gross])
