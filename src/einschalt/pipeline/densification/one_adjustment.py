@@ -35,8 +35,8 @@ from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 NOTHING_HELD = mark_each(
     {
-        "high_flight": "the adjustment holds no model of the high flight",
-        "low_flight": "the adjustment holds no model of the low flight",
+        "high_flight": "the adjustment holds no model of the high flight.",
+        "low_flight": "the adjustment holds no model of the low flight.",
     }
 )
 
