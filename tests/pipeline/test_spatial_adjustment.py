@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.photographs_onto_control import one_flight
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
@@ -43,6 +44,24 @@ def from_images():
 def errors(points, truth):
     true = truth.set_index("point_id").loc[points["point_id"], SPACE]
     return points[SPACE].to_numpy() - true.to_numpy()
+
+
+def test_heights_between_few_control_points_follow_the_curved_earth():
+    """Most models show too few of them to be placed, and so to be bent, alone."""
+    over, claimed = [], []
+    for seed in range(6):
+        block = one_flight(seed, n_given=6)
+        points = es.densify(block, SIMULTANEOUS).points
+        points = points[points["role"] == "new"]
+        assert len(points) == 94
+        over.append(errors(points, block.truth)[:, 2])
+        claimed.append(points["standard_error_height"].to_numpy())
+        adjusted = es.adjust_block(block, kind="helmert_3d").points
+        adjusted = adjusted.set_index("point_id").loc[points["point_id"], "height"]
+        np.testing.assert_allclose(adjusted, points["height"], atol=1e-6)
+    # six blocks of six control points: heights hang on a dozen numbers
+    ratio = np.sqrt(np.mean(np.square(claimed)) / np.mean(np.square(over)))
+    assert 0.7 < ratio < 1.4
 
 
 def test_covariances_are_those_of_the_errors_in_plan_and_height():

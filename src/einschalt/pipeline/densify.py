@@ -22,7 +22,10 @@ from einschalt.pipeline.block.output_system import with_output_system
 from einschalt.pipeline.densification.iteration import require_iterable
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.residual_distribution import require_control
-from einschalt.pipeline.densification.simultaneous import require_adjustable
+from einschalt.pipeline.densification.simultaneous import (
+    bend_for_adjustment,
+    require_adjustable,
+)
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
@@ -89,7 +92,9 @@ def densify(
         flights = _orient(block, settings)
         block = with_errors_as_shown(block, settings.outliers)
         if settings.earth_curvature == "treated":
-            flights = bend_flights(block, flights)
+            in_two_steps = settings.method == TWO_STEP
+            bend = bend_flights if in_two_steps else bend_for_adjustment
+            flights = bend(block, flights)
         asked = block, settings, flights, report_progress
         if settings.method == AUTO:
             examined, choice = solve_the_better_way(*asked)

@@ -40,25 +40,47 @@ SPATIAL = "helmert_3d"
 HIGH, LOW = "high_flight", "low_flight"
 
 
-def bend_flights(block, flights, kind=None):
+def bend_flights(block, flights, kinds=None, *, place=None):
     """Bend the models of all flights as the map of the block is bent.
 
-    ``flights``: of str to RelativeOrientation; ``kind``: their transformation, where it
-    is not the one that each states. Models without enough known points stay as they
-    are; so do plane ones that are too small for a millimetre, and all without a plane
-    system of the Earth.
+    ``flights``: of str to RelativeOrientation; ``kinds``: their transformations, where
+    they are not those that each states. ``place``: function that gives the ground
+    coordinates of all points, or None, of flights in which spatial models have too few
+    known points to be placed alone; without it these stay as they are. So do plane
+    models that are too small for a millimetre, and all without a plane system of the
+    Earth.
     """
-    kinds = {name: kind or block.flights[name].transformation for name in flights}
+    kinds = kinds or {name: block.flights[name].transformation for name in flights}
     is_bent = {n: is_worth_bending(block, n, k) for n, k in kinds.items()}
     if not any(is_bent.values()):
         return flights
     # a likeness tells where models lie, rigid ones in whichever unit they are
     placed = {n: PLACED_BY.get(k, k) for n, k in kinds.items()}
-    bent, ground = dict(flights), block.approximate_points
+    bent, fits = _bent_where_known(block, flights, placed, is_bent)
+    in_space = [n for n, kind in placed.items() if kind == SPATIAL]
+    if place is None or all(n in fits and _is_whole(fits[n]) for n in in_space):
+        return bent
+    ground = place(bent)
+    if ground is None:
+        return bent
+    for name in in_space:
+        fit = transform_models(flights[name].model_points, ground, SPATIAL)
+        bent[name] = bent_as_the_map(flights[name], fit, block.crs)
+    return bent
+
+
+def _is_whole(fit):
+    """Whether the fit places all models."""
+    return bool(fit.models["is_usable"].all())
+
+
+def _bent_where_known(block, flights, placed, is_bent):
+    """Flights bent where known points place their models, and the fits onto these."""
+    bent, fits, ground = dict(flights), {}, block.approximate_points
     try:
-        if HIGH in kinds and (is_bent[HIGH] or placed.get(LOW) != SPATIAL):
+        if HIGH in placed and (is_bent[HIGH] or placed.get(LOW) != SPATIAL):
             points, control = flights[HIGH].model_points, block.control_points
-            fit = transform_high_flight(points, control, placed[HIGH])
+            fits[HIGH] = fit = transform_high_flight(points, control, placed[HIGH])
             if is_bent[HIGH]:
                 bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
             is_wanted = placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL
@@ -67,10 +89,11 @@ def bend_flights(block, flights, kind=None):
         ground = block.control_points if ground is None else ground
         if is_bent.get(LOW) and (placed[LOW] != SPATIAL or "height" in ground):
             fit = transform_models(flights[LOW].model_points, ground, placed[LOW])
+            fits[LOW] = fit
             bent[LOW] = bent_as_the_map(flights[LOW], fit, block.crs)
     except GeometryError:  # no model fits: the steps that follow say so
-        return bent
-    return bent
+        return bent, fits
+    return bent, fits
 
 
 def is_worth_bending(block, name, kind):

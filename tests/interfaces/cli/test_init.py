@@ -635,6 +635,32 @@ def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
     assert not (tmp_path / "b" / "block.toml").exists()
 
 
+def test_models_on_little_control_are_adjusted_together(invoke, tmp_path):
+    """Of nine models one alone shows three of six control points."""
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv")[::3]
+    control.to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "100.5", "--low-m-g-um", "10")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 0, shown.output
+    why = "fewer than 3 control points in 8 of 9 models: one adjustment ties these"
+    assert f"[settings] method = auto: {why}" in shown.stdout
+    assert f'[settings]\nmethod = "auto"  # {why}' in (
+        tmp_path / "b" / "block.toml"
+    ).read_text("utf-8")
+    assert "nothing wrong" in shown.stdout
+    checked = invoke("check", tmp_path / "b")
+    assert checked.exit_code == 0, checked.output
+    result = densify(read_block(tmp_path / "b"))
+    assert result.choice.method == "simultaneous"
+    assert result.failures.empty
+    # of the sixteen as well one model shows two
+    given = ("--from", source / "control_points.csv", *given[2:])
+    of_all = invoke("init", tmp_path / "c", *given)
+    assert "fewer than 3 control points in 1 of 9 models" in of_all.stdout
+
+
 def test_what_is_written_again_is_kept_beside(invoke, tmp_path):
     source, folder = EXAMPLES / "sxb_strasbourg", tmp_path / "b"
     given = ("--from", source / "control_points.csv", source / "image_points.csv")

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.photographs_onto_control import one_flight
 
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import EinschaltError, GeometryError
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment import choice
 from einschalt.pipeline.assessment.assess import assess
 from einschalt.pipeline.assessment.choice import (
@@ -35,6 +37,7 @@ def way(
     left_out=None,
     n_left_out=10,
     keeps_wrong_control=False,
+    n_new=100,
 ):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
     models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
@@ -45,6 +48,7 @@ def way(
     )
     parts = {"models": models, "left_out_differences": control}
     parts["keeps_wrong_control"] = keeps_wrong_control
+    parts["figures"] = SimpleNamespace(n_new=n_new)
     return SimpleNamespace(credible=figure, **parts)
 
 
@@ -117,6 +121,16 @@ def way(
         ),
         (way(0.050), way(0.051), "two_step", ChoiceReason.SMALLER),
         (way(0.050, 8), way(0.051), "simultaneous", ChoiceReason.MORE_MODELS),
+        (way(0.05, n_new=89), way(0.09), "simultaneous", ChoiceReason.MORE_POINTS),
+        (
+            way(0.05, n_new=89),
+            way(0.09, is_lower_bound=True),
+            "simultaneous",
+            ChoiceReason.MORE_POINTS,
+        ),
+        (way(0.09), way(0.05, n_new=89), "two_step", ChoiceReason.MORE_POINTS),
+        (way(0.05, n_new=89), way(0.11), "two_step", ChoiceReason.SMALLER),
+        (way(0.05, n_new=91), way(0.09), "two_step", ChoiceReason.SMALLER),
         (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
         (way(np.nan), way(np.nan), "two_step", ChoiceReason.NO_FIGURE),
     ],
@@ -192,6 +206,41 @@ def test_one_adjustment_is_made_beside_two_steps_where_it_may_gain(
     rigid = replace(block.low_flight, transformation="rigid")
     solution = replace(good_result.solution, block=replace(block, low_flight=rigid))
     assert not is_untried(replace(good_result, solution=solution).examination)
+
+
+@pytest.fixture(scope="module")
+def thin_block():
+    """Photographs onto six control points, of which few models show three."""
+    return one_flight(seed=1, n_given=6)
+
+
+def test_models_with_too_little_control_are_adjusted_together(thin_block):
+    result = densify(thin_block)
+    better = result.assessment.better
+    assert (better.method, better.reason) == ("simultaneous", ChoiceReason.MORE_POINTS)
+    assert better.n_two_step == result.figures.n_new < 40
+    assert better.n_simultaneous == 94
+    told = f"gives 94 new points: {length(better.simultaneous.value)} (--method simul"
+    assert told in " ".join(result.summary().split())
+    auto = densify(thin_block, AUTO)
+    assert (auto.choice.method, auto.choice.reason) == (better.method, better.reason)
+    # here all models were bent as the map before, there those alone that are used
+    assert auto.choice.two_step.value == pytest.approx(better.two_step.value, rel=1e-3)
+    assert auto.figures.n_new == 94
+    assert auto.assessment.to_dict()["choice"]["n_two_step"] == better.n_two_step
+    said = " ".join(auto.summary().split())
+    assert "leaves many points without coordinates" in said
+
+
+def test_where_no_model_has_enough_control_one_adjustment_is_named():
+    thin = one_flight(seed=2, n_given=6)
+    with pytest.raises(GeometryError, match="Or adjust all models together"):
+        densify(thin)
+    assert densify(thin, AUTO).choice.method == "simultaneous"
+    two = thin.control_points[:2], thin.approximate_points[:2]
+    with pytest.raises(EinschaltError) as caught:  # which hold nothing, by whatever way
+        replace(thin, control_points=two[0], approximate_points=two[1])
+    assert "together" not in str(caught.value)
 
 
 def test_of_a_large_block_one_adjustment_is_only_recommended(good_result, monkeypatch):

@@ -5,15 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.photographs_onto_control import one_flight
 
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import written_in
 from einschalt.pipeline.block.axis_order import where_problems
 from einschalt.pipeline.block.block import check_block
-from einschalt.pipeline.block.given_points import points_in_no_model
+from einschalt.pipeline.block.given_points import (
+    ONE_ADJUSTMENT,
+    known_of_models,
+    points_in_no_model,
+)
 from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
@@ -299,6 +305,35 @@ def test_what_check_advises_is_what_the_adjustment_says(demo_block):
     (problem,) = check_block(block).model_problems
     failures = adjust_block(block).failures
     assert problem.remedy == failures["remedy"].iloc[0]
+
+
+def test_models_that_neighbours_tie_are_no_fault_in_one_adjustment():
+    """They were told as models that nothing can use, and measured anew for nothing."""
+    block = one_flight(seed=1, n_given=6)
+    problems = block.model_problems
+    assert len(problems) == 21
+    (remedy,) = {problem.remedy for problem in problems}
+    assert remedy == ONE_ADJUSTMENT
+    together = replace(block, settings=Settings(method="auto"))
+    assert together.model_problems == ()
+    (note,) = set(together.notes) - set(block.notes)
+    assert "fewer than 3 points" in note
+    assert "in 21 of 23 models" in note
+
+
+def test_which_models_neighbours_tie():
+    shown = {"a": "pqr", "b": "pqrxyz", "c": "stu"}  # c has no neighbour
+    rows = [("1", model, point) for model in shown for point in shown[model]]
+    table = pd.DataFrame(rows, columns=["coverage", "model_id", "point_id"])
+
+    def lacking(known):
+        found = known_of_models(table, known, least=3)
+        models = table["model_id"]
+        return set(models[found.is_lacking]), set(models[found.is_tied])
+
+    assert lacking(["x", "y", "z"]) == ({"a", "c"}, {"a", "b"})
+    assert lacking(["x", "y"]) == ({"a", "b", "c"}, set())  # too few for any way
+    assert lacking(list("pqrstu")) == (set(), set())
 
 
 def test_numbers_parted_otherwise_are_other_points():

@@ -148,6 +148,11 @@ CHOICE = Part(
                 "empty if it is"
             ),
         ),
+        "n_two_step": (
+            "",
+            "new points of the two steps; null if only one method is possible",
+        ),
+        "n_simultaneous": ("", "new points of the simultaneous adjustment; likewise"),
     },
     values={
         "method": {
@@ -161,6 +166,7 @@ CHOICE = Part(
             ),
             "smaller": "its figure is the smaller one",
             "more_models": "the figures are alike, and it uses more models",
+            "more_points": "the other method leaves many points without coordinates",
             "left_out": (
                 "the measurements contradict its figure, but control points that "
                 "were left out lie nearer to it"

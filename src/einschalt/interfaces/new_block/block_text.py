@@ -76,9 +76,10 @@ model_points = "low_flight.csv"
 def block_text(proposal, folder, name):
     """Text of block.toml for a proposal; files are named from the folder."""
     sections = ["block", "control_points", "approximate_points", "high_flight"]
-    present = {section for section, _ in proposal.tables} | {"block"}
+    present = {section for section, _ in (*proposal.tables, *proposal.values)}
+    present |= {"block"}
     lines = [translated(HEAD)]
-    for section in [*sections, "low_flight"]:
+    for section in [*sections, "low_flight", "settings"]:
         if section not in present:
             continue
         lines.append(f"[{section}]")

@@ -15,16 +15,20 @@ import pandas as pd
 from einschalt.foundations.errors import EinschaltError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark
+from einschalt.foundations.tables import with_coverage
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID
 from einschalt.interfaces.new_block.guesses import Guess
 from einschalt.interfaces.new_block.looked_at import PITCH, Looked
 from einschalt.pipeline.block.facts import FLIGHTS
+from einschalt.pipeline.block.given_points import known_of_models
+from einschalt.pipeline.block.stereo_models import points_in_both_photographs
 from einschalt.pipeline.block.ways_between_systems import standard_errors_of
 from einschalt.stages.relative_orientation.model_choice import (
     LEAST_COMMON,
     choose_models,
 )
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 APPROXIMATE, CONTROL = "approximate_points", "control_points"
 MOST_NAMED = 6
@@ -33,21 +37,54 @@ HEIGHTS_LACK = mark(
     "in plan, without heights: {n:point has|points have} none ({names}); with all "
     "heights it is helmert_3d"
 )
+FEW_KNOWN = mark(
+    "fewer than {least} control points in {n_few} of {n:model|models}: one adjustment "
+    "ties these to their neighbours"
+)
+METHOD = "settings", "method"
 CONTROL_ITSELF = "the error of the control points, onto which models go"
 
 
 def completed(proposal, folder):
     """The proposal with tables that are written for it; these by path; notes.
 
-    ``folder``: of block.toml.
+    And with the method that models on few control points need. ``folder``: of
+    block.toml.
     """
-    proposal = replace(proposal, tables=dict(proposal.tables))
+    proposal = replace(
+        proposal, tables=dict(proposal.tables), values=dict(proposal.values)
+    )
     written, notes = {}, []
     for name in FLIGHTS:
         is_lacking = (name, "models") not in proposal.tables
         if (name, "image_points") in proposal.tables and is_lacking:
             notes += _add_models(proposal, name, Path(folder), written)
+    method = _method_of(proposal)
+    if method is not None:
+        proposal.values[METHOD] = method
     return proposal, written, notes
+
+
+def _method_of(proposal):
+    """The method that uses all models; None where two steps do.
+
+    Models of photographs that go straight onto the control have as many known points
+    as they show control points.
+    """
+    control = proposal.tables.get((CONTROL, "file"))
+    onto = proposal.tables.get((APPROXIMATE, "file"))
+    low = [proposal.tables.get(("low_flight", k)) for k in ("image_points", "models")]
+    if control is None or onto is not control or None in low:
+        return None
+    points, models = (one.frame for one in low)
+    word = proposal.values.get(("low_flight", "transformation"))
+    least = TRANSFORMATION_KINDS[word.value if word else "affine"].least_points
+    shown = points_in_both_photographs(with_coverage(models), points)
+    known = known_of_models(shown, _onto(control.frame)["point_id"], least)
+    n_few, n = int(known.is_lacking.sum()), int(known.is_first.sum())
+    if not (known.is_lacking & known.is_tied).any():
+        return None
+    return Guess("auto", kept(FEW_KNOWN, n_few=n_few, n=n, least=least))
 
 
 def _add_models(proposal, name, folder, written):

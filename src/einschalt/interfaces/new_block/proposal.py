@@ -36,6 +36,10 @@ CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
 # questions of two parts are told by part, also where several stand in one sentence
 EMPTY_FOR_LOCAL = "empty for a local one"
+WITHOUT_SYSTEM = (
+    "no place on the earth, so no KML, no other system, and no correction for the "
+    "Earth's curvature"
+)
 CONTROL_ERROR = "TOTAL standard error of the control points [m]"
 EMPTY_IF_UNKNOWN = "empty if unknown"
 SCALE_QUESTIONS = mark_each(
@@ -386,7 +390,7 @@ def _questions(proposal, named):
         said = f", such as {name_some(could, 8)}" if could else ""
         system = f"Reference system of the coordinates{said}"
         text = f"{system}; {EMPTY_FOR_LOCAL}"
-        without = "no place on the earth, so no KML and no other system"
+        without = WITHOUT_SYSTEM
         crs = Question("block", "crs", "--crs", text, None, True, without)
         questions.append(crs)
     error = "control_points", "standard_error_m"

@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.densification.one_adjustment import (
@@ -20,6 +21,11 @@ AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
 ALIKE = 1.03
 # fewer points that were left out tell nothing of a way
 FEWEST_LEFT_OUT = 8
+# a way that gives fewer of the other one's points than that leaves a part of the block
+# without coordinates, which no figure of the rest outweighs
+NEARLY_ALL = 0.9
+# unless the figure of all is so much larger that something else must be wrong
+WORSE = 2.0
 # they lie so much nearer to a way (RMS) that what contradicts its figure does not
 # count: where it is the smaller one, and where it is not
 NEARER, MUCH_NEARER = 0.9, 0.8
@@ -35,6 +41,8 @@ class ChoiceReason(StrEnum):
     SUPPORTED = "supported"  # measurements contradict the other one's figure
     SMALLER = "smaller"  # its figure is the smaller one
     MORE_MODELS = "more_models"  # figures are alike, and it determines more models
+    # the other one leaves a part of the block without coordinates
+    MORE_POINTS = "more_points"
     # measurements contradict its figure, but control points that were left out lie
     # nearer to it
     LEFT_OUT = "left_out"
@@ -52,6 +60,8 @@ class MethodChoice:
     two_step: CredibleFigure | None  # None where it is not possible
     simultaneous: CredibleFigure | None
     obstacle: str  # what makes the other way impossible, or empty
+    n_two_step: int | None = None  # new points of each, where both are possible
+    n_simultaneous: int | None = None
 
 
 def solve_the_better_way(
@@ -80,7 +90,7 @@ def solve_the_better_way(
         return examined, MethodChoice(*only, None, adjusted, beside.reason)
     two_step = examined.all_in_two_steps
     better = better_of(two_step, examined)
-    choice = MethodChoice(*better, two_step.credible, adjusted, "")
+    choice = _choice_of_both(better, two_step, examined)
     if choice.method == SIMULTANEOUS:
         return examined, choice
     if settings.residual_distribution != "none":  # what stands beside is without it
@@ -102,8 +112,9 @@ def _obstacle(block, settings):
 def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     """Method whose figure to believe is the better one, and the reason.
 
-    Of two examinations, or what has their ``credible``, ``models`` and
-    ``left_out_differences``, and ``keeps_wrong_control`` of the second.
+    Of two examinations, or what has their ``credible``, ``figures``, ``models`` and
+    ``left_out_differences``, and ``keeps_wrong_control`` of the second. Figures of
+    different points are not compared where one way leaves many without coordinates.
     """
     both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
     value = {name: found.credible.value for name, found in both.items()}
@@ -111,6 +122,9 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     if len(known) < len(both):
         reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
         return (known or [TWO_STEP])[0], reason
+    fuller = _way_of_more_points(both)
+    if fuller and value[fuller] <= WORSE * min(value.values()):
+        return fuller, ChoiceReason.MORE_POINTS
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)
     nearer, ratio = _nearer_to_left_out(both)
@@ -128,6 +142,13 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     if are_alike and len(set(n_models.values())) > 1:
         return max(both, key=n_models.get), ChoiceReason.MORE_MODELS
     return smaller, ChoiceReason.SMALLER
+
+
+def _way_of_more_points(both):
+    """Way beside which the other one leaves many points out; None if neither does."""
+    n_new = {name: found.figures.n_new for name, found in both.items()}
+    fuller = max(both, key=n_new.get)
+    return fuller if min(n_new.values()) < NEARLY_ALL * n_new[fuller] else None
 
 
 # with these nothing speaks for the figure of the way that better_of gives
@@ -178,24 +199,37 @@ def _if_better(asked, two_step, adjusted):
     method, reason = better_of(two_step, adjusted)
     if method != asked or reason in UNDECIDED:
         return None
-    return MethodChoice(method, reason, two_step.credible, adjusted.credible, "")
+    return _choice_of_both((method, reason), two_step, adjusted)
+
+
+def _choice_of_both(better, two_step, adjusted):
+    figures = two_step.credible, adjusted.credible
+    n_new = two_step.figures.n_new, adjusted.figures.n_new
+    return MethodChoice(*better, *figures, "", *n_new)
 
 
 def is_untried(examined) -> bool:
     """Whether one adjustment of all models may gain, and nobody has asked for it.
 
     Where errors are as random and as large as given, it is the estimate of least
-    variance: so where nothing contradicts the figure of the two steps.
+    variance: so where nothing contradicts the figure of the two steps. And where
+    models have too few points of known coordinates: their neighbours tie them there.
     """
     settings = examined.settings
-    return (
-        settings.method == TWO_STEP
-        and examined.claim.is_supported
+    if settings.method != TWO_STEP or _obstacle(examined.block, settings):
+        return False
+    return _leaves_points_out(examined) or (
+        examined.claim.is_supported
         and not examined.credible.is_lower_bound
         and bool(np.isfinite(examined.figures.mean_total))
         and examined.own_deformation is None
-        and not _obstacle(examined.block, settings)
     )
+
+
+def _leaves_points_out(examined):
+    """Whether many measured points of the low flight have no coordinates."""
+    measured = examined.model_points["low_flight"]["point_id"].unique()
+    return bool(is_among(measured, examined.points["point_id"]).mean() < NEARLY_ALL)
 
 
 def _nearer_to_left_out(both):

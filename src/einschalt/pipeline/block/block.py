@@ -25,6 +25,7 @@ from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
+from einschalt.pipeline.block.stereo_models import points_in_both_photographs
 from einschalt.pipeline.settings import Settings
 from einschalt.stages.identical_points import ROW_NAMES
 from einschalt.stages.relative_orientation.shown_errors import errors_as_shown
@@ -197,15 +198,7 @@ class Flight:
         """Which point lies in which model: coverage, model_id, point_id."""
         if not self.has_images:
             return columns_of(self.model_points, ROW_NAMES)
-        left = self.models.merge(
-            self.image_points, left_on="left_image", right_on="image_id"
-        )
-        both = left.merge(
-            self.image_points,
-            left_on=["right_image", "point_id"],
-            right_on=["image_id", "point_id"],
-        )
-        return both[["coverage", "model_id", "point_id"]]
+        return points_in_both_photographs(self.models, self.image_points)
 
 
 FIELD_KINDS = {

@@ -13,7 +13,6 @@ import pandas as pd
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.errors import ConsistencyError, EinschaltError
-from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import is_among
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
@@ -23,7 +22,7 @@ from einschalt.pipeline.block.given_points import (
     contradictions,
     fitted_onto,
     heights_that_are_none,
-    lack_of_common_points,
+    known_of_models,
     nothing_but_check_points,
     points_in_no_model,
     standard_error_problems,
@@ -369,44 +368,50 @@ class _Check:
                 "low_flight", self._measured("high_flight"), "the high flight"
             )
 
-    def _named(self, ground):
-        """What given points are called: control, where it stands for others."""
-        is_control = self._file(ground) == self._file("control_points")
-        return "control_points" if is_control else ground
+    def _named(self, ground, known):
+        """What known points are called: control, where it stands for others."""
+        if ground != "approximate_points" or not self._sound("control_points"):
+            return ground
+        control = self.checked["control_points"]["point_id"]
+        return "control_points" if is_among(known, control).all() else ground
 
     def _models_without(self, flight_name, known, ground):
-        table = self._model_table(flight_name)
-        has_ground = is_among(table["point_id"], known)
-        model = row_codes([table[name] for name in MODEL_KEY])
-        is_first = ~pd.Series(model).duplicated().to_numpy()
-        common = np.bincount(model, weights=has_ground)[model].astype(int)
-        word = self.checked[flight_name].transformation
-        least = (
-            TRANSFORMATION_KINDS[word].least_points
-            if is_choice(word, TRANSFORMATION_KINDS)
-            else 1
-        )
-        is_lost = is_first & (common < least)
-        part = "models" if self.checked[flight_name].has_images else "model_points"
+        flight, table = self.checked[flight_name], self._model_table(flight_name)
+        word = flight.transformation
+        is_word = is_choice(word, TRANSFORMATION_KINDS)
+        least = TRANSFORMATION_KINDS[word].least_points if is_word else 1
+        counted = known_of_models(table, known, least)
+        onto = self._named(ground, known)
+        part = "models" if flight.has_images else "model_points"
         file = self._file(f"{flight_name}.{part}")
 
         def problem(place):
             facts = tables.row_location(table, place)
             return ConsistencyError(
-                **lack_of_common_points(common[place], least, self._named(ground)),
+                **counted.lack(place, onto),
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
                 model=facts["model"],
             )
 
-        places = np.flatnonzero(is_lost)
+        is_lost = counted.is_lacking
         # all models together may have enough control for the simultaneous adjustment
-        is_enough = table["point_id"][has_ground].nunique() >= least
-        if is_lost.sum() < is_first.sum() or (ground == "control_points" and is_enough):
+        n_known = table["point_id"][counted.is_known].nunique()
+        has_enough = onto == "control_points" and n_known >= least
+        if onto != "approximate_points" and self._is_adjusted_in_one():
+            self.notes += counted.note_of_tied(table, onto, file)
+            is_lost = is_lost & ~counted.is_tied
+        places = np.flatnonzero(is_lost)
+        if has_enough or is_lost.sum() < counted.is_first.sum():
             self.models += [problem(place) for place in places]
         else:
             rest = "no model has enough common points"
             problems = tables.listed(places, problem, rest)
-            if not has_ground.any():
+            if not counted.is_known.any():
                 problems = with_names_alike(problems, table["point_id"], known)
             self.problems += problems
+
+    def _is_adjusted_in_one(self):
+        """Whether the block's own settings ask for one adjustment of all models."""
+        settings = getattr(self.block, "settings", None)
+        return settings is not None and settings.method != "two_step"

@@ -5,12 +5,15 @@ Points that are given as known points and as approximate points show, before any
 computed, where one of them is wrong: of a region, or of a single point.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, TableError, name_some
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode, is_among
 from einschalt.foundations.near_words import (
     looks_the_same,
@@ -28,6 +31,11 @@ FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
 NAMES_OF_POINTS = "Correct the names of its points, or delete the model"
 # as the simultaneous adjustment says it
 MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
+# where neighbours tie it well enough
+ONE_ADJUSTMENT = (
+    "Measure more common points in it, or adjust all models together: "
+    'method = "auto" in [settings]'
+)
 MOST_NAMES = 1000  # that tell whether names look like others by chance
 # what programs write where no height is known, and how far it must lie from the others
 NO_HEIGHT = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, -999.0, 9999.0, 99999.0)
@@ -217,17 +225,67 @@ def _meant(names, is_lost, measured):
     return names_meant(names[is_lost], names[~is_lost][:MOST_NAMES], others)
 
 
-def lack_of_common_points(number, least, ground):
-    """Say of a model how many of its points are known, for an error: a dict.
+@dataclass(frozen=True, eq=False)
+class KnownOfModels:
+    """How many points of each model are known; arrays of one value for each row.
 
-    ``ground``: from where they are known.
+    ``is_tied``: whether what is known and what other models of the flight hold as well
+    would be enough for one adjustment of all models, which needs as many known points
+    in all as a model for itself.
     """
-    if number == 0:
-        expected, remedy = "common points", NAMES_OF_POINTS
-    else:
-        expected, remedy = f"at least {least} common points", MORE_POINTS
-    found = _common_points_text(number, ground.replace("_", " "))
-    return {"found": found, "expected": expected, "remedy": remedy}
+
+    is_known: np.ndarray  # of the point of the row
+    is_first: np.ndarray  # row of its model
+    number: np.ndarray  # of known points of its model
+    least: int  # that the transformation needs
+    is_tied: np.ndarray
+
+    @property
+    def is_lacking(self):
+        """First rows of the models of which too few points are known."""
+        return self.is_first & (self.number < self.least)
+
+    def lack(self, place, ground):
+        """Say of the model of a row what it lacks, for an error: a dict.
+
+        ``ground``: from where points are known.
+        """
+        number, expected = self.number[place], f"at least {self.least} common points"
+        remedy = ONE_ADJUSTMENT if self.is_tied[place] else MORE_POINTS
+        if number == 0 and not self.is_tied[place]:
+            expected, remedy = "common points", NAMES_OF_POINTS
+        found = _common_points_text(number, ground.replace("_", " "))
+        return {"found": found, "expected": expected, "remedy": remedy}
+
+    def note_of_tied(self, table, ground, file):
+        """Count the models that one adjustment can use, and two steps cannot."""
+        models = table["model_id"][self.is_lacking & self.is_tied].astype(str)
+        if not len(models):
+            return []
+        names = name_some(models)
+        note = (
+            f"{file}: fewer than {self.least} points with coordinates from "
+            f"{ground.replace('_', ' ')} in {len(models)} of {self.is_first.sum()} "
+            f"models; one adjustment ties these to their neighbours: {names}"
+        )
+        return [note]
+
+
+def known_of_models(table, known, least) -> KnownOfModels:
+    """Count the known points of models.
+
+    ``table``: coverage, model_id, point_id of a flight; ``known``: names of points.
+    """
+    is_known = is_among(table["point_id"], known)
+    model = row_codes([table[name] for name in ("coverage", "model_id")])
+    is_first = ~pd.Series(model).duplicated().to_numpy()
+    number = np.bincount(model, weights=is_known)[model].astype(int)
+    is_tied = np.zeros(len(table), dtype=bool)
+    point = row_codes([table["point_id"]])
+    if (number < least).any() and len(np.unique(point[is_known])) >= least:
+        is_tie = is_known | (np.bincount(point)[point] > 1)
+        is_tied = np.bincount(model, weights=is_tie)[model] >= least
+    return KnownOfModels(is_known, is_first, number, least, is_tied)
 
 
 def fitted_onto(ground, control):

@@ -14,6 +14,17 @@ LARGEST_PARALLAX_OF_BASE = 0.2
 MODEL_KEY = ("coverage", "model_id")
 
 
+def points_in_both_photographs(models, image_points) -> pd.DataFrame:
+    """Points that both photographs of a model show: coverage, model_id, point_id."""
+    left = models.merge(image_points, left_on="left_image", right_on="image_id")
+    both = left.merge(
+        image_points,
+        left_on=["right_image", "point_id"],
+        right_on=["image_id", "point_id"],
+    )
+    return both[["coverage", "model_id", "point_id"]]
+
+
 def images_without_points(flight, models_file, points_file):
     """Photographs of the models that were not measured."""
     models, measured = flight.models, flight.image_points["image_id"].unique()

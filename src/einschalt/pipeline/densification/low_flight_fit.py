@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import with_columns
+from einschalt.pipeline.block.given_points import known_of_models
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
     screen_models,
@@ -24,6 +25,9 @@ from einschalt.stages.stage5_double_coverage import (
     average_coverages,
     with_positions,
 )
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+
+TOGETHER = 'Or adjust all models together: method = "auto" in [settings]'
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +54,20 @@ def transform_low_flight(
     low = transform_models(model_points, ground.iloc[fitted], kind)
     how = (settings.outliers, settings.significance, precision)
     low = screen_models(low, *how, covariances=covariances, is_gross=is_gross)
-    require_usable(low, "low flight", STAGE)
+    if not low.is_usable:
+        require_usable(low, "low flight", STAGE, _otherwise(block, model_points, kind))
     return low
+
+
+def _otherwise(block, model_points, kind):
+    """What else to do where no model has enough given points; empty if nothing."""
+    known = block.control_points
+    if known is None:
+        return ""
+    names = known.loc[known["role"] != "check", "point_id"]
+    least = TRANSFORMATION_KINDS[kind].least_points
+    is_tied = known_of_models(model_points, names, least).is_tied.any()
+    return TOGETHER if is_tied else ""
 
 
 def average_low_flight(

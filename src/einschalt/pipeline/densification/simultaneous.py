@@ -25,6 +25,7 @@ from einschalt.stages.simultaneous.adjustment import (
     AdjustmentOptions,
     BlockAdjustment,
     determined_part,
+    placed_points,
     simultaneous_adjustment,
     with_known_groups,
 )
@@ -157,7 +158,7 @@ def adjust_block(
     kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
     block = with_errors_as_shown(block, outliers)
     if block.settings.earth_curvature == "treated":
-        oriented = bend_flights(block, oriented, kind)
+        oriented = bend_for_adjustment(block, oriented, kinds)
     return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
 
 
@@ -251,6 +252,26 @@ def adjust_flights(block, settings, flights):
     )
     tables = block_tables(block, flights, kinds)
     return simultaneous_adjustment(tables, options)
+
+
+def bend_for_adjustment(block, flights, kinds=None):
+    """Bend the models of all flights as the map is bent, before they are adjusted.
+
+    Models without enough known points of their own are placed by an adjustment of all.
+    ``kinds`` of each flight as they are adjusted, where the block does not state them.
+    """
+    kinds = kinds or {name: block.flights[name].transformation for name in flights}
+
+    def place(bent):
+        if len(set(kinds.values())) > 1:
+            return None
+        try:
+            _require_control(block)
+            return placed_points(block_tables(block, bent, kinds))
+        except (SettingsError, GeometryError, TableError, NoConvergenceError):
+            return None  # the adjustment itself says why
+
+    return bend_flights(block, flights, kinds, place=place)
 
 
 def point_columns(block, flights, adjusted, two_step):

@@ -6,7 +6,11 @@ from functools import singledispatch
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
-from einschalt.pipeline.assessment.choice import SIMULTANEOUS, TWO_STEP
+from einschalt.pipeline.assessment.choice import (
+    SIMULTANEOUS,
+    TWO_STEP,
+    ChoiceReason,
+)
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.assessment.evidence.claim import KNOWN, LEFT_OUT
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
@@ -32,6 +36,17 @@ BETTER = mark_each(
         TWO_STEP: "the two steps are better: {figure} (--method two_step)",
         SIMULTANEOUS: (
             "a simultaneous adjustment is better: {figure} (--method simultaneous)"
+        ),
+    }
+)
+BETTER_OF_POINTS = mark_each(
+    {
+        TWO_STEP: (
+            "the two steps give {n:new point|new points}: {figure} (--method two_step)"
+        ),
+        SIMULTANEOUS: (
+            "a simultaneous adjustment gives {n:new point|new points}: {figure} "
+            "(--method simultaneous)"
         ),
     }
 )
@@ -177,8 +192,11 @@ def _better(choice):
     """Say the figure of the other way where that is known to be the better one."""
     if choice is None:
         return ""
-    credible = getattr(choice, choice.method)
-    return translated(BETTER[choice.method], figure=length_or_worse(credible))
+    said = {"figure": length_or_worse(getattr(choice, choice.method))}
+    if choice.reason is ChoiceReason.MORE_POINTS:
+        n_new = getattr(choice, f"n_{choice.method}")
+        return translated(BETTER_OF_POINTS[choice.method], n=n_new, **said)
+    return translated(BETTER[choice.method], **said)
 
 
 def _cause(assessment):

@@ -392,6 +392,21 @@ def determined_part(tables):
     return _part_of(tables, verdicts), verdicts
 
 
+def placed_points(tables):
+    """Coordinates of the points by a plain adjustment, without precision and tests.
+
+    DataFrame of point_id, easting, northing [, height]; projection centres have none. A
+    GeometryError where nothing can be determined, a NoConvergenceError where spatial
+    models do not converge.
+    """
+    part, _ = determined_part(tables)
+    points = adjust_models(part.observations).points
+    names = ["easting", "northing", "height"][: points.shape[1]]
+    table = pd.DataFrame(points, columns=names)
+    table.insert(0, "point_id", tables.point_id[part.points])
+    return table
+
+
 def _part_of(tables, verdicts):
     if not verdicts.is_fine.any():
         reason, remedy = why_failed(verdicts, 0, tables.kind[0])

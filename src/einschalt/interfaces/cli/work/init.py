@@ -93,6 +93,7 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     for question in proposal.questions:
         value, reason = _answer(question, yes)
         proposal = answered(proposal, question, value, reason)
+    told = proposal.values
     proposal, written, notes = completed(proposal, folder)
     for note in notes:
         print_out(translated("note: {note}", note=retold(note)))
@@ -100,7 +101,7 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
         _require_free(written)
     make_folder(folder)
     _write_tables(written)
-    _show_tables(proposal, written)
+    _show_more(proposal, written, told)
     text = block_text(proposal, folder, name or Path(folder).resolve().name)
     _make_room(folder / BLOCK_FILE)
     write_text(folder / BLOCK_FILE, f"{head}{text}")
@@ -257,13 +258,24 @@ def _show_tables(proposal, paths=None):
 def _show(proposal):
     """Say what was found, and why."""
     _show_tables(proposal)
-    for (section, key), guess in proposal.values.items():
-        if guess is not None:
-            value = guess.value if isinstance(guess.value, str) else f"{guess.value:g}"
-            print_out(f"[{section}] {key} = {value}: {retold(guess.reason)}")
+    _show_values(proposal)
     for table in proposal.left_out:
         held = f"{table.title} ({table.description})"
         print_out(translated("left out: {table}", table=held))
+
+
+def _show_more(proposal, paths, told):
+    """Say which tables were written to paths, and values that came with them."""
+    _show_tables(proposal, paths)
+    _show_values(proposal, told)
+
+
+def _show_values(proposal, told=()):
+    """Say the values that were found and why, but for those that were told before."""
+    for (section, key), guess in proposal.values.items():
+        if guess is not None and (section, key) not in told:
+            value = guess.value if isinstance(guess.value, str) else f"{guess.value:g}"
+            print_out(f"[{section}] {key} = {value}: {retold(guess.reason)}")
 
 
 def _say_of_other_scales(proposal, guessed):

@@ -186,6 +186,9 @@ WHY = mark_each(
         ChoiceReason.MORE_MODELS: (
             "Chosen: {way}; the figures are alike, and it determines more models."
         ),
+        ChoiceReason.MORE_POINTS: (
+            "Chosen: {way}; the other method leaves many points without coordinates."
+        ),
         ChoiceReason.CONTRADICTED: (
             "Chosen: {way}; the measurements contradict both figures."
         ),

@@ -4,37 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.photographs_onto_control import AXES, ERROR, GEOMETRY, one_flight
 
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-
-ERROR = 0.02  # of each given coordinate [m]
-AXES = ["easting", "northing", "height"]
-
-
-def one_flight(seed, n_given=25):
-    """Photographs that go straight onto control, with its true errors."""
-    geometry = BlockGeometry(
-        width=3000.0, height=3000.0, measurement="images", n_check=0
-    )
-    block = simulate_block("demo", seed=seed, geometry=geometry)
-    rng = np.random.default_rng(seed)
-    rows = np.sort(rng.choice(len(block.truth), n_given, replace=False))
-    given = block.truth.iloc[rows].reset_index(drop=True)
-    given = given[["point_id", *AXES]]
-    given[AXES] += rng.normal(0.0, ERROR, (n_given, 3))
-    error = np.sqrt(2.0) * ERROR
-    return replace(
-        block,
-        high_flight=None,
-        approximate_points=given,
-        approximate_m_0_m=error,
-        control_points=given.assign(standard_error_m=error, role="control"),
-    )
 
 
 @pytest.fixture(scope="module")
@@ -195,10 +171,7 @@ def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):
 
 
 def test_with_a_high_flight_control_is_left_out_instead(block):
-    geometry = BlockGeometry(
-        width=3000.0, height=3000.0, measurement="images", n_check=0
-    )
-    both = densify(simulate_block("demo", seed=2, geometry=geometry))
+    both = densify(simulate_block("demo", seed=2, geometry=GEOMETRY))
     assert both.examination.given_heights is None
     assert both.examination.left_out_control is not None
 
