@@ -20,6 +20,7 @@ from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
+from einschalt.interfaces.new_block.proposal import answered, propose
 from einschalt.interfaces.programs.block_tables import read_block
 from einschalt.interfaces.programs.recognised import read_foreign
 from einschalt.pipeline.densify import densify
@@ -309,6 +310,7 @@ def test_a_camera_without_the_size_of_a_pixel_is_asked_for_it(
     shown = invoke("init", tmp_path / "b", *given)
     assert shown.exit_code == 2
     assert "--pixel-size-um" in shown.stderr
+    assert "-scale" not in shown.stderr  # which the size of a pixel tells
     shown = invoke("init", tmp_path / "b", *given, "--pixel-size-um", str(PITCH_UM))
     assert shown.exit_code == 0, shown.output
     # photographs of 1:8000 and 1:15000, tilted and over hills
@@ -322,6 +324,22 @@ def test_a_camera_without_the_size_of_a_pixel_is_asked_for_it(
         camera = getattr(block, flight).camera
         xy = camera.xy_from_measured(own[["x", "y"]].to_numpy())
         np.testing.assert_allclose(xy, expected[["x", "y"]], atol=1e-9)
+
+
+def test_the_size_of_a_pixel_that_is_answered_tells_the_scale(of_images):
+    files = [p for p in sorted(of_images.iterdir()) if p.is_file()]
+    proposal = propose([one for path in files for one in look_at(path, Said())], {})
+    of_low = [q for q in proposal.questions if q.section == "low_flight"]
+    (pitch,) = (question for question in of_low if question.key == "pixel_size_um")
+    assert "scale_number" not in {question.key for question in of_low}
+    told = answered(proposal, pitch, PITCH_UM, "as you say")
+    assert told.values["low_flight", "scale_number"].reason.endswith("ground: 1:8063")
+    # without two control points in one photograph it does not
+    control = proposal.tables["control_points", "file"]
+    one = replace(control, frame=control.frame[:1])
+    proposal.tables["control_points", "file"] = one
+    untold = answered(proposal, pitch, PITCH_UM, "as you say").questions[-1]
+    assert (untold.section, untold.option) == ("low_flight", "--low-scale")
 
 
 def test_the_size_of_a_pixel_is_refused_where_no_camera_lacks_it(

@@ -32,6 +32,7 @@ from einschalt.interfaces.new_block.photographs import (
 from einschalt.pipeline.block.facts import FLIGHTS, RANGES
 
 USUAL_SCALE_NUMBER = 10_000.0
+GROUND = ("control_points", "approximate_points")
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
 # questions of two parts are told by part, also where several stand in one sentence
@@ -400,21 +401,26 @@ def _questions(proposal, named):
         option = "--control-error-m"
         without = "no errors are propagated, and no ellipses drawn"
         questions.append(Question(*error, option, text, None, True, without))
+    known_values = {place for place, said in proposal.values.items() if said}
     for name, tables in named.items():
         word = name.partition("_")[0]
-        asked = {
-            "scale_number": (f"--{word}-scale", SCALE_QUESTIONS[name], None),
-            "m_g_um": (f"--{word}-m-g-um", M_G_QUESTIONS[name], M_G_UM[name]),
-        }
+        asked = {"m_g_um": (f"--{word}-m-g-um", M_G_QUESTIONS[name], M_G_UM[name])}
         if "image_points" in tables and "camera" not in tables:
             text = DISTANCE_QUESTIONS[name]
             asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
         if "camera" in tables and tables["camera"].lacks_pitch:
             asked[PITCH] = ("--pixel-size-um", PITCH_QUESTIONS[name], None)
-        for key, (option, text, suggested) in asked.items():
-            if proposal.values.get((name, key)) is None:
-                questions.append(Question(name, key, option, text, suggested))
+        asked = {key: q for key, q in asked.items() if (name, key) not in known_values}
+        questions += [Question(name, key, *said) for key, said in asked.items()]
+        # the size of a pixel tells the scale
+        if PITCH not in asked and proposal.values.get((name, "scale_number")) is None:
+            questions.append(_question_of_scale(name))
     return questions
+
+
+def _question_of_scale(name):
+    option = f"--{name.partition('_')[0]}-scale"
+    return Question(name, "scale_number", option, SCALE_QUESTIONS[name])
 
 
 def answered(proposal, question, value, reason):
@@ -423,4 +429,18 @@ def answered(proposal, question, value, reason):
     values = proposal.values | {(question.section, question.key): guess}
     values |= error_of_control_itself(proposal.tables, values)
     rest = [one for one in proposal.questions if one is not question]
+    if question.key == PITCH:
+        scale = _scale_by_pitch(proposal, question.section, value)
+        values[question.section, "scale_number"] = scale
+        rest += [] if scale else [_question_of_scale(question.section)]
     return replace(proposal, values=values, questions=rest)
+
+
+def _scale_by_pitch(proposal, section, pitch):
+    """Scale number that the size of a pixel gives, or the user; None if none does."""
+    said = proposal.values.get((section, "scale_number"))
+    if said is not None:
+        return said
+    tables = [proposal.tables[section, key] for key in ("image_points", "camera")]
+    grounds = [proposal.tables.get((name, "file")) for name in GROUND]
+    return _scale_of_pixels(*tables, next(filter(None, grounds)), pitch)

@@ -90,8 +90,8 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     _show(proposal)
     _say_of_other_scales(proposal, guessed)
     _require_answers(proposal, yes)
-    for question in proposal.questions:
-        value, reason = _answer(question, yes)
+    while proposal.questions:
+        value, reason = _answer(question := proposal.questions[0], yes)
         proposal = answered(proposal, question, value, reason)
     told = proposal.values
     proposal, written, notes = completed(proposal, folder)
