@@ -20,7 +20,8 @@ from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
-from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.new_block.proposal import propose
+from einschalt.interfaces.new_block.questions import answered
 from einschalt.interfaces.programs.block_tables import read_block
 from einschalt.interfaces.programs.recognised import read_foreign
 from einschalt.pipeline.densify import densify

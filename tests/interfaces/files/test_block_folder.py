@@ -134,6 +134,18 @@ def test_missing_standard_errors_are_filled_in(small_block):
     assert "standard_error_m" not in read_block(small_block.path).control_points
 
 
+def test_one_error_of_all_beside_errors_of_the_axes_is_not_used(small_block):
+    """It counted in two steps, and those of the axes in one adjustment."""
+    header, *rows = small_block.read(CONTROL).splitlines()
+    errors = "standard_error_easting,standard_error_northing"
+    rows = [f"{row},0.02,0.02" for row in rows]
+    small_block.write(CONTROL, "\n".join([f"{header},{errors}", *rows]) + "\n")
+    block = read_block(small_block.path)
+    np.testing.assert_allclose(block.control_points["standard_error_m"], 0.0283, 1e-2)
+    (note,) = (note for note in block.notes if "of its own" in note)
+    assert note.endswith("standard_error_m = 0.03 of block.toml is not used")
+
+
 def test_column_of_standard_errors_is_kept(small_block):
     text = small_block.read(CONTROL).replace("\n", ",0.02\n")
     small_block.write(

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +15,7 @@ from einschalt.foundations.language import written_in
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.local_page import drop_pages, dropped_files
 from einschalt.interfaces.local_page.refusals import TooLargeError
-from einschalt.interfaces.new_block.proposal import Question
+from einschalt.interfaces.new_block.questions import Question
 
 CHUNK = bytes(2**20)
 GIGABYTES = 2 * 2**30
@@ -70,7 +71,33 @@ def test_of_dropped_tables_a_block_is_made(visit, root, small_block):
     assert "standard_error_m = 0.03" in text
 
 
+def test_of_dropped_photographs_and_control_a_block_is_made(visit, root):
+    """Their pairs are chosen as init does."""
+    visitor = visit(root)
+    names = ("control_points.csv", "image_points.csv")
+    source = Path(__file__).parents[3] / "data_examples" / "sxb_strasbourg"
+    files = {name: (source / name).read_text("utf-8") for name in names}
+    page = visitor.get(dropped(visitor, files))
+    assert 'name="low_flight.principal_distance_mm"' in page.text
+    answers = {"drop": "1", "low_flight.principal_distance_mm": "123,9392"}
+    made = visitor.post("/new", answers)
+    assert made.status == 303
+    checked = visitor.get(made.headers["location"]).text
+    assert "Nothing is wrong with its input" in checked
+    folder = visitor.session.folder / "dropped-1"
+    assert len((folder / "low_flight_models.csv").read_text().splitlines()) == 10
+    # a table that is none of ours is not written over
+    (folder / "block.toml").unlink()
+    (folder / "low_flight_models.csv").write_text("remarks\nmine\n")
+    refused = visitor.post("/new", answers)
+    assert refused.status == 400
+    assert "holds low_flight_models.csv already" in refused.text
+    assert (folder / "low_flight_models.csv").read_text() == "remarks\nmine\n"
+    assert not (folder / "block.toml").exists()
+
+
 SCALE = Question("low_flight", "scale_number", "", "scale number of the low flight")
+PITCH = Question("low_flight", "pixel_size_um", "", "size of a pixel")
 CONTROL = Question("control_points", "standard_error_m", "", "error of control points")
 
 
@@ -81,6 +108,7 @@ CONTROL = Question("control_points", "standard_error_m", "", "error of control p
         (SCALE, "10,000", 10_000.0),
         (SCALE, "120 000", 120_000.0),
         (SCALE, " 7999,5 ", 7999.5),
+        (PITCH, "13.26", 13.26),  # which was refused: "at most 10 metres"
         (CONTROL, "0,030", 0.03),
         (CONTROL, "1.250", 1.25),
     ],

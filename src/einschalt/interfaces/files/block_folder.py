@@ -60,6 +60,7 @@ from einschalt.pipeline.block.scales import coarse_digits
 from einschalt.pipeline.block.ways_between_systems import (
     demand_of,
     standard_errors_of,
+    with_one_error,
 )
 
 
@@ -329,8 +330,9 @@ class _Reading:
                 return None
             return frame  # check_block says what is wrong, in the words of the file
         error = getattr(section, "standard_error_m", None)
-        if error is not None and "standard_error_m" not in frame:
-            frame = frame.assign(standard_error_m=error)
+        if error is not None:
+            frame, notes = with_one_error(frame, error, checked.frame, source)
+            self.notes += notes
         if section.shared_error_m is not None:
             self.shared_errors_m[name] = section.shared_error_m
         if own is None:

@@ -12,9 +12,9 @@ from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.told_errors import told
-from einschalt.foundations.value_ranges import Range
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
+from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.local_page.pages import (
     form_of,
@@ -28,12 +28,12 @@ from einschalt.interfaces.local_page.refusals import RefusedError
 from einschalt.interfaces.local_page.session import Place
 from einschalt.interfaces.new_block.block_text import block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
-from einschalt.interfaces.new_block.proposal import answered, propose
-from einschalt.pipeline.block.facts import RANGES
+from einschalt.interfaces.new_block.photographs import completed
+from einschalt.interfaces.new_block.proposal import propose
+from einschalt.interfaces.new_block.questions import answered, expected_instead
 
 SAID = ("crs", "easting", "northing", "decimal")
 GROUPED = re.compile(r"\d{1,3}(?:[., \xa0\u2009\u202f'\u2019]\d{3})+")
-CONTROL_ERRORS = Range(0.0, 10.0), "a number above 0, at most 10 metres"
 ANSWERED, ASSUMED = "as you say", "assumed, since no file tells: correct it"
 
 
@@ -150,9 +150,22 @@ def _write_block(place: Place, form):
         raise RefusedError(
             f"the folder holds {BLOCK_FILE} already", remedy="Open it as a block"
         )
+    proposal, written, _ = completed(proposal, place.folder)
+    _write_new(written)
     name = form.get("name") or Path(place.folder).name
     text = block_text(proposal, place.folder, printable(name))
     write_text(place.folder / BLOCK_FILE, text)
+
+
+def _write_new(tables):
+    """Write tables beside block.toml, over none that is there."""
+    for path in tables:
+        if path.exists():
+            raise RefusedError(
+                f"the folder holds {path.name} already", remedy="Rename that file"
+            )
+    for path, table in tables.items():
+        write_csv(table, path)
 
 
 def _value(question, text):
@@ -163,11 +176,8 @@ def _value(question, text):
         read_crs(text)
         return text
     value = _number(question.key, text.strip())
-    allowed, expected = CONTROL_ERRORS
-    if question.key in RANGES:
-        allowed = RANGES[question.key]
-        expected = str(allowed)
-    if value not in allowed or not value > 0.0:
+    expected = expected_instead(question.key, value)
+    if expected:
         raise SettingsError(
             f"{text!r} is no answer to: {question.text}",
             expected=expected,

@@ -12,6 +12,7 @@ from einschalt.foundations.language import mark_each
 from einschalt.foundations.likely_systems import systems_that_hold
 from einschalt.foundations.points_elsewhere import islands_of
 from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.interfaces.new_block.looked_at import PITCH
 
 # smallest and largest extent of a model that is usual [mm]: 6 cm to 46 cm wide
 USUAL_MODEL_MM = (30.0, 700.0)
@@ -149,3 +150,12 @@ def systems_of(ground):
     """Reference systems in which the middle of the points lies in the area of use."""
     middle = ground[["easting", "northing"]].median()
     return systems_that_hold(*middle.to_numpy(dtype=float))
+
+
+def scale_of_pixels(table, camera, known, pitch):
+    """Scale number of image points in pixels; None where their size is unknown."""
+    pitch = camera.camera.get(PITCH, pitch)
+    if not isinstance(pitch, (int, float)) or not pitch > 0.0:
+        return None
+    frame = table.frame.assign(x=table.frame["x"] * pitch, y=table.frame["y"] * pitch)
+    return scale_of(frame, on_a_plane(known.frame), "um", "image_id")

@@ -1,6 +1,6 @@
 """Which table of a block each file is, and what is still to be asked."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from einschalt.foundations.errors import (
     name_some,
 )
 from einschalt.foundations.header_units import METRES_PER_LENGTH
-from einschalt.foundations.language import mark_each
 from einschalt.foundations.names import is_among
 from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.interfaces.new_block.guesses import (
@@ -20,7 +19,7 @@ from einschalt.interfaces.new_block.guesses import (
     on_a_plane,
     scale_beside,
     scale_of,
-    systems_of,
+    scale_of_pixels,
     unit_of,
 )
 from einschalt.interfaces.new_block.looked_at import PITCH
@@ -29,65 +28,12 @@ from einschalt.interfaces.new_block.photographs import (
     may_stand_in,
     transformation_of,
 )
+from einschalt.interfaces.new_block.questions import questions_of
 from einschalt.pipeline.block.facts import FLIGHTS, RANGES
 
 USUAL_SCALE_NUMBER = 10_000.0
-GROUND = ("control_points", "approximate_points")
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
-# questions of two parts are told by part, also where several stand in one sentence
-EMPTY_FOR_LOCAL = "empty for a local one"
-WITHOUT_SYSTEM = (
-    "no place on the earth, so no KML, no other system, and no correction for the "
-    "Earth's curvature"
-)
-CONTROL_ERROR = "TOTAL standard error of the control points [m]"
-EMPTY_IF_UNKNOWN = "empty if unknown"
-SCALE_QUESTIONS = mark_each(
-    {
-        "high_flight": "Image scale number of the high flight",
-        "low_flight": "Image scale number of the low flight",
-    }
-)
-M_G_QUESTIONS = mark_each(
-    {
-        "high_flight": "TOTAL error of one setting of a point in the image [um] of the "
-        "high flight",
-        "low_flight": "TOTAL error of one setting of a point in the image [um] of the "
-        "low flight",
-    }
-)
-DISTANCE_QUESTIONS = mark_each(
-    {
-        "high_flight": "Principal distance [mm] of the high flight",
-        "low_flight": "Principal distance [mm] of the low flight",
-    }
-)
-PITCH_QUESTIONS = mark_each(
-    {
-        "high_flight": "Size of a pixel [um] of the high flight",
-        "low_flight": "Size of a pixel [um] of the low flight",
-    }
-)
-M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}  # Kovarik's, of one machine setting
-
-
-@dataclass(frozen=True)
-class Question:
-    """What no file tells."""
-
-    section: str
-    key: str
-    option: str  # of the command line
-    text: str
-    suggested: object = None  # taken with --yes; None: there is nothing to suggest
-    may_be_left_out: bool = False
-    without: str = ""  # what there is not where it is left out
-
-    @property
-    def has_suggestion(self):
-        """Whether it can be answered without the user."""
-        return self.suggested is not None or self.may_be_left_out
 
 
 @dataclass(eq=False)
@@ -136,7 +82,7 @@ def propose(found, given) -> Proposal:
         proposal.values[place] = Guess(value, "as you say")
     proposal.values |= error_of_control_itself(proposal.tables, proposal.values)
     _require_same_names(proposal, known, named)
-    proposal.questions = _questions(proposal, named)
+    proposal.questions = questions_of(proposal, named)
     return proposal
 
 
@@ -335,22 +281,13 @@ def _sizes(tables, known, pitch):
         unit = Guess("mm", "image coordinates")
         table, key = tables["image_points"], "image_id"
         if "camera" in tables:
-            return unit, _scale_of_pixels(table, tables["camera"], known, pitch)
+            return unit, scale_of_pixels(table, tables["camera"], known, pitch)
     else:
         table, key = tables["model_points"], "model_id"
         unit = unit_of(table.frame)
         if table.unit is not None:
             unit = Guess(table.unit, f"the header of {table.title} says so")
     return unit, scale_of(table.frame, on_a_plane(known.frame), unit.value, key)
-
-
-def _scale_of_pixels(table, camera, known, pitch):
-    """Scale number of image points in pixels; None where their size is unknown."""
-    pitch = camera.camera.get(PITCH, pitch)
-    if not isinstance(pitch, (int, float)) or not pitch > 0.0:
-        return None
-    frame = table.frame.assign(x=table.frame["x"] * pitch, y=table.frame["y"] * pitch)
-    return scale_of(frame, on_a_plane(known.frame), "um", "image_id")
 
 
 def _named(flights, scales):
@@ -380,67 +317,3 @@ def _scale_beside(proposal):
         units = [proposal.values[name, "model_unit"].value for name in FLIGHTS[::-1]]
         scale = scale_beside(low.frame, units[0], high.frame, units[1], known.value)
         proposal.values["low_flight", "scale_number"] = scale
-
-
-def _questions(proposal, named):
-    """What is still to be asked."""
-    questions = []
-    known = proposal.tables.get(("control_points", "file"))
-    if proposal.values.get(("block", "crs")) is None:
-        could = systems_of(known.frame) if "easting" in known.frame else []
-        said = f", such as {name_some(could, 8)}" if could else ""
-        system = f"Reference system of the coordinates{said}"
-        text = f"{system}; {EMPTY_FOR_LOCAL}"
-        without = WITHOUT_SYSTEM
-        crs = Question("block", "crs", "--crs", text, None, True, without)
-        questions.append(crs)
-    error = "control_points", "standard_error_m"
-    has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}
-    if not has_errors and error not in proposal.values:
-        text = f"{CONTROL_ERROR}; {EMPTY_IF_UNKNOWN}"
-        option = "--control-error-m"
-        without = "no errors are propagated, and no ellipses drawn"
-        questions.append(Question(*error, option, text, None, True, without))
-    known_values = {place for place, said in proposal.values.items() if said}
-    for name, tables in named.items():
-        word = name.partition("_")[0]
-        asked = {"m_g_um": (f"--{word}-m-g-um", M_G_QUESTIONS[name], M_G_UM[name])}
-        if "image_points" in tables and "camera" not in tables:
-            text = DISTANCE_QUESTIONS[name]
-            asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
-        if "camera" in tables and tables["camera"].lacks_pitch:
-            asked[PITCH] = ("--pixel-size-um", PITCH_QUESTIONS[name], None)
-        asked = {key: q for key, q in asked.items() if (name, key) not in known_values}
-        questions += [Question(name, key, *said) for key, said in asked.items()]
-        # the size of a pixel tells the scale
-        if PITCH not in asked and proposal.values.get((name, "scale_number")) is None:
-            questions.append(_question_of_scale(name))
-    return questions
-
-
-def _question_of_scale(name):
-    option = f"--{name.partition('_')[0]}-scale"
-    return Question(name, "scale_number", option, SCALE_QUESTIONS[name])
-
-
-def answered(proposal, question, value, reason):
-    """The proposal with the answer to a question; None leaves the key out."""
-    guess = None if value is None else Guess(value, reason)
-    values = proposal.values | {(question.section, question.key): guess}
-    values |= error_of_control_itself(proposal.tables, values)
-    rest = [one for one in proposal.questions if one is not question]
-    if question.key == PITCH:
-        scale = _scale_by_pitch(proposal, question.section, value)
-        values[question.section, "scale_number"] = scale
-        rest += [] if scale else [_question_of_scale(question.section)]
-    return replace(proposal, values=values, questions=rest)
-
-
-def _scale_by_pitch(proposal, section, pitch):
-    """Scale number that the size of a pixel gives, or the user; None if none does."""
-    said = proposal.values.get((section, "scale_number"))
-    if said is not None:
-        return said
-    tables = [proposal.tables[section, key] for key in ("image_points", "camera")]
-    grounds = [proposal.tables.get((name, "file")) for name in GROUND]
-    return _scale_of_pixels(*tables, next(filter(None, grounds)), pitch)

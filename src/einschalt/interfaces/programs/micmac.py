@@ -1,4 +1,4 @@
-"""Files of MicMac: control and its image points, orientations, homologous points.
+"""Files of MicMac: control and its image points, orientations, cameras, tie points.
 
 Of MicMac and of MMVII. Pixels are counted from the upper left corner, y down.
 """
@@ -21,11 +21,14 @@ from einschalt.interfaces.programs.foreign import (
     orientations,
     require_rows,
 )
+from einschalt.interfaces.programs.micmac_cameras import cameras_of
+from einschalt.interfaces.programs.pixel_cameras import without_pitch
 
-EXPECTED = "control, measurements or an orientation as MicMac writes them"
+EXPECTED = "control, measurements, orientations or a camera as MicMac writes them"
 PAIR = "x y of the first image, x y of the second [, weight] in each line"
 PASTIS = "Pastis"
 MARKS = (b"DicoAppuisFlottant", b"MesureAppuiFlottant", b"OrientationConique")
+MARKS += (b"CalibrationInternConique",)
 MARKS += (b"MMVII_Serialization", b"SetOfMesureAppuisFlottants")
 TURNED = np.diag([1.0, -1.0, -1.0])
 COVARIANCE = {  # place in Sigma2: xx xy xz yy yz zz
@@ -41,7 +44,7 @@ def is_xml(head):
 
 
 def read_file(file) -> Foreign:
-    """Read control, measurements, orientations: whatever stands in a file."""
+    """Read control, measurements, orientations, cameras: whatever stands in a file."""
     root = read_xml(file.data, file.source, EXPECTED)
     found = {
         "control_points": _control(root, file.source),
@@ -49,14 +52,16 @@ def read_file(file) -> Foreign:
         "orientations": _orientations(root, file),
     }
     tables = {name: table for name, table in found.items() if len(table)}
-    if not tables:
-        raise FileError(  # a calibration, or settings
-            "holds nothing that is known",
+    cameras, unusable = cameras_of(root, file)
+    if not (tables or cameras):  # but settings, say
+        raise FileError(
+            next(iter(unusable.values()), "holds nothing that is known"),
             expected=EXPECTED,
             remedy="Name the file that has them",
             file=file.source,
         )
-    return Foreign(tables)
+    notes = (*unusable.values(), *without_pitch(cameras, file.source))
+    return Foreign(tables, None, notes, cameras, unusable)
 
 
 def _numbers(text, count, source, what):

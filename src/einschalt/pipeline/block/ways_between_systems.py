@@ -42,6 +42,21 @@ def standard_errors_of(checked, default):
     return default
 
 
+def with_one_error(frame, error, checked, source):
+    """Points with the error that block.toml states for all; and notes.
+
+    Without it, which a note says, where they have their own: one error of all beside
+    those of each axis would count in one way of densification, and these in the other.
+    """
+    if standard_errors_of(checked, None) is None:
+        return frame.assign(standard_error_m=error), []
+    note = (
+        f"{source} has standard errors of its own: standard_error_m = {error:g} of "
+        "block.toml is not used"
+    )
+    return frame, [note]
+
+
 def with_total_errors(control):
     """The table with TOTAL standard errors where it has those of the axes alone.
 

@@ -35,10 +35,10 @@ from einschalt.interfaces.files.understood_tables import Said, answered_elsewher
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import PITCH, files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
-from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.new_block.proposal import propose
+from einschalt.interfaces.new_block.questions import answered, expected_instead
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
-from einschalt.pipeline.block.facts import RANGES
 
 PLACES = {
     "crs": ("block", "crs"),
@@ -49,15 +49,11 @@ PLACES = {
     "control_error_m": ("control_points", "standard_error_m"),
 }
 OF_IMAGES = ("principal_distance_mm", PITCH)  # options of all flights with images
-# of sensors the smallest have half a micrometre; of photographs that were reduced in
-# size the largest some tenths of a millimetre
-PITCHES_UM = (0.2, 1000.0)
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
     **COMMAS_ANSWERED,
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
-LARGEST_CONTROL_ERROR = 10.0  # metres
 OTHER_SCALE = 0.1  # of logarithms: relief makes less
 ASSUMED = "assumed, since no file tells: correct it"
 
@@ -113,24 +109,12 @@ def _impossible(options):
     """Numbers that no block can have, told before anything is read or written."""
     keys = {name: key for name, (_, key) in PLACES.items() if key != "crs"}
     keys |= {name: name for name in OF_IMAGES}
-    found = {name: _fault(key, options[name]) for name, key in keys.items()}
+    found = {name: expected_instead(key, options[name]) for name, key in keys.items()}
     return [
         SettingsError(f"{option_of(name)} = {options[name]:g}", expected=expected)
         for name, expected in found.items()
         if expected and options[name] is not None
     ]
-
-
-def _fault(key, value):
-    """What is expected of the number of a key; empty where the number is possible."""
-    if key in RANGES:
-        return "" if value in RANGES[key] else str(RANGES[key])
-    if key == PITCH:
-        least, most = PITCHES_UM
-        is_possible = value is not None and least <= value <= most
-        return "" if is_possible else f"{least:g} to {most:g} (micrometres)"
-    is_possible = value is not None and 0.0 < value <= LARGEST_CONTROL_ERROR
-    return "" if is_possible else "a number above 0, at most 10 metres"
 
 
 def _write_schema(folder, is_asked):
@@ -339,7 +323,9 @@ def _asked(question):
         if not said and question.may_be_left_out:
             return None
         if question.key != "crs":
-            expected = _fault(question.key, float(said) if is_number(said) else None)
+            expected = expected_instead(
+                question.key, float(said) if is_number(said) else None
+            )
             if not expected:
                 return float(said)
             print_out(told(SettingsError(repr(said), expected=expected)))
