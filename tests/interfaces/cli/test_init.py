@@ -230,7 +230,6 @@ def test_files_that_make_no_block_are_refused_in_words(invoke, export, tmp_path)
     for files, said in (
         (["Punkte.csv"], "no files hold measurements of a flight"),
         (["high_flight.csv", "low_flight.csv"], "no file holds control points"),
-        (["Punkte.csv", "low_flight.csv"], "low_flight.csv holds the only flight"),
     ):
         named = [export / name for name in files]
         refused = invoke("init", tmp_path / "new", "--from", *named, "--yes")
@@ -678,6 +677,28 @@ def test_models_on_little_control_are_adjusted_together(invoke, tmp_path):
     given = ("--from", source / "control_points.csv", *given[2:])
     of_all = invoke("init", tmp_path / "c", *given)
     assert "fewer than 3 control points in 1 of 9 models" in of_all.stdout
+
+
+def test_machine_models_and_control_alone_make_a_block(invoke, tmp_path):
+    """Independent models over control, as they are adjusted elsewhere."""
+    geometry = replace(PRESETS["demo"].geometry, n_check=0)
+    block = simulate_block("demo", seed=3, geometry=geometry)
+    known = block.truth.sample(6, random_state=1).assign(standard_error_m=0.03)
+    known.to_csv(tmp_path / "control.csv", index=False)
+    block.low_flight.model_points.to_csv(tmp_path / "models.csv", index=False)
+    files = (tmp_path / "control.csv", tmp_path / "models.csv")
+    shown = invoke("init", tmp_path / "b", "--from", *files, "--yes")
+    assert shown.exit_code == 0, shown.output
+    assert "fewer than 3 control points in 22 of 23 models" in shown.stdout
+    assert "nothing wrong" in shown.stdout
+    result = densify(read_block(tmp_path / "b"))
+    assert result.choice.method == "simultaneous"
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    assert len(new) == 94
+    true = block.truth.set_index("point_id").loc[new.index, ["easting", "northing"]]
+    away = new[["easting", "northing"]].to_numpy() - true.to_numpy()
+    rms = np.sqrt(np.mean(np.sum(away**2, axis=1)))
+    assert 0.5 < result.assessment.credible.value / rms < 2.0
 
 
 def test_what_is_written_again_is_kept_beside(invoke, tmp_path):

@@ -1,4 +1,4 @@
-"""What a block of photographs needs beside measurements: models, and where points lie.
+"""What a block needs beside measurements: models of photographs, and known points.
 
 Programs measure points in photographs and know nothing of models. Pairs of photographs
 are chosen for them, and become a table beside block.toml, which the user may change.
@@ -68,23 +68,34 @@ def completed(proposal, folder):
 def _method_of(proposal):
     """The method that uses all models; None where two steps do.
 
-    Models of photographs that go straight onto the control have as many known points
-    as they show control points.
+    Models that go straight onto the control have as many known points as they show
+    control points.
     """
     control = proposal.tables.get((CONTROL, "file"))
     onto = proposal.tables.get((APPROXIMATE, "file"))
-    low = [proposal.tables.get(("low_flight", k)) for k in ("image_points", "models")]
-    if control is None or onto is not control or None in low:
+    shown = _points_of_models(proposal.tables)
+    if control is None or onto is not control or shown is None:
         return None
-    points, models = (one.frame for one in low)
     word = proposal.values.get(("low_flight", "transformation"))
     least = TRANSFORMATION_KINDS[word.value if word else "affine"].least_points
-    shown = points_in_both_photographs(with_coverage(models), points)
     known = known_of_models(shown, _onto(control.frame)["point_id"], least)
     n_few, n = int(known.is_lacking.sum()), int(known.is_first.sum())
     if not (known.is_lacking & known.is_tied).any():
         return None
     return Guess("auto", kept(FEW_KNOWN, n_few=n_few, n=n, least=least))
+
+
+def _points_of_models(tables):
+    """Model and name of the points of the low flight; None where it has no models."""
+    measured, points, models = (
+        tables.get(("low_flight", key))
+        for key in ("model_points", "image_points", "models")
+    )
+    if measured is not None:
+        return with_coverage(measured.frame)
+    if points is None or models is None:
+        return None
+    return points_in_both_photographs(with_coverage(models.frame), points.frame)
 
 
 def _add_models(proposal, name, folder, written):
@@ -142,14 +153,6 @@ def error_of_control_itself(tables, values):
         return {}
     mean = np.sqrt(np.mean(np.square(np.asarray(total, dtype=float))))
     return {(APPROXIMATE, "m_0_m"): Guess(float(f"{mean:.3g}"), CONTROL_ITSELF)}
-
-
-def may_stand_in(ground, flights):
-    """Whether control may stand for approximate points: one flight of photographs.
-
-    No model is laid onto check points of its table.
-    """
-    return len(flights) == 1 and "image_points" in flights[0] and CONTROL in ground
 
 
 def transformation_of(tables, flights):

@@ -25,7 +25,6 @@ from einschalt.interfaces.new_block.guesses import (
 from einschalt.interfaces.new_block.looked_at import PITCH
 from einschalt.interfaces.new_block.photographs import (
     error_of_control_itself,
-    may_stand_in,
     transformation_of,
 )
 from einschalt.interfaces.new_block.questions import questions_of
@@ -55,7 +54,6 @@ def propose(found, given) -> Proposal:
     ground, left_out = _ground_tables([one for one in found if one.kind == "ground"])
     known = ground.get("control_points", ground.get("approximate_points"))
     flights = _flights(found)
-    _require_places(flights, ground)
     proposal = Proposal({(name, "file"): one for name, one in ground.items()})
     proposal.left_out = left_out
     units, scales = {}, {}
@@ -209,19 +207,6 @@ def _flights(found):
             remedy="Name after --from the model points, or the image points and models",
         )
     return flights
-
-
-def _require_places(flights, ground):
-    """Refuse a block in which nothing would tell where points lie."""
-    if len(flights) > 1 or "approximate_points" in ground:
-        return
-    if not may_stand_in(ground, flights):
-        raise SettingsError(
-            f"{next(iter(flights[0].values())).title} holds the only flight",
-            expected="a high flight beside it, or approximate points",
-            remedy="Name the other flight after --from, or a table of approximate "
-            "points with a name such as approximate_points.csv",
-        )
 
 
 def _camera_of(cameras, found):
