@@ -738,6 +738,32 @@ def test_a_height_that_lacks_is_told(invoke, tmp_path):
     assert read_block(tmp_path / "b").low_flight.transformation == "affine"
 
 
+def test_heights_that_are_all_zero_are_none(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype=str)
+    control.assign(height="0.000").to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 0, shown.output
+    assert "affine: in plan: all heights are 0, as programs write" in shown.stdout
+    assert read_block(tmp_path / "b").low_flight.transformation == "affine"
+
+
+def test_a_fault_of_control_is_told_once_where_it_stands_for_others(invoke, tmp_path):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype={"point_id": str})
+    control.loc[3, ["easting", "northing", "height"]] = 0.0
+    control.to_csv(tmp_path / "control.csv", index=False)
+    given = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    given += ("--yes", "--principal-distance-mm", "123.9392")
+    shown = invoke("init", tmp_path / "b", *given)
+    assert shown.exit_code == 2
+    assert shown.stdout.count("easting 0.000, northing 0.000 lies 1006 km") == 1
+    assert "block.toml: 1 problem\n" in shown.stdout
+    assert shown.stdout.count("heights are 0, the others") == 1
+
+
 @pytest.mark.parametrize("what", ["y downwards", "axes exchanged"])
 def test_photographs_like_a_mirror_are_told_before_anything_is_computed(
     invoke, tmp_path, what

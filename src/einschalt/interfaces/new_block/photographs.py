@@ -37,6 +37,10 @@ HEIGHTS_LACK = mark(
     "in plan, without heights: {n:point has|points have} none ({names}); with all "
     "heights it is helmert_3d"
 )
+ALL_ZERO = (
+    "in plan: all heights are 0, as programs write where none is known; if the points "
+    "lie in a plane it is helmert_3d"
+)
 FEW_KNOWN = mark(
     "fewer than {least} control points in {n_few} of {n:model|models}: one adjustment "
     "ties these to their neighbours"
@@ -168,6 +172,8 @@ def transformation_of(tables, flights):
         return None
     lacking = [frame[frame["height"].isna()]["point_id"] for frame in given]
     names = list(dict.fromkeys(pd.concat(lacking).astype(str)))
+    if not names and len(given[0]) and all((f["height"] == 0.0).all() for f in given):
+        return Guess("affine", ALL_ZERO)
     if not names:
         return Guess("helmert_3d", "models of photographs, and control with heights")
     lacking = {"n": len(names), "names": name_some(names, MOST_NAMED)}

@@ -83,8 +83,13 @@ def check_block(block, said=frozenset()) -> Findings:
     check.points_given_twice()
     check.points_in_models()
     check.models_on_points()
+    # a table of control may be that of approximate points as well
+    problems = {str(problem): problem for problem in check.problems}
     return Findings(
-        check.checked, tuple(check.problems), tuple(check.models), tuple(check.notes)
+        check.checked,
+        tuple(problems.values()),
+        tuple(check.models),
+        tuple(dict.fromkeys(check.notes)),
     )
 
 
