@@ -28,3 +28,15 @@ def one_flight(seed, n_given=25):
         approximate_m_0_m=error,
         control_points=given.assign(standard_error_m=error, role="control"),
     )
+
+
+def with_wrong_control(block, row, error):
+    """The block with another place of one control point [m], approximate as well."""
+
+    def moved(points):
+        points = points.copy()
+        points.loc[row, AXES] += error
+        return points
+
+    names = ("control_points", "approximate_points")
+    return replace(block, **{name: moved(getattr(block, name)) for name in names})

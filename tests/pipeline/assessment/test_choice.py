@@ -131,6 +131,12 @@ def way(
         (way(0.09), way(0.05, n_new=89), "two_step", ChoiceReason.MORE_POINTS),
         (way(0.05, n_new=89), way(0.11), "two_step", ChoiceReason.SMALLER),
         (way(0.05, n_new=91), way(0.09), "two_step", ChoiceReason.SMALLER),
+        (
+            way(0.05, n_new=89),
+            way(0.5, is_lower_bound=True, keeps_wrong_control=True),
+            "simultaneous",
+            ChoiceReason.MORE_POINTS,
+        ),
         (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
         (way(np.nan), way(np.nan), "two_step", ChoiceReason.NO_FIGURE),
     ],

@@ -123,7 +123,9 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
         reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
         return (known or [TWO_STEP])[0], reason
     fuller = _way_of_more_points(both)
-    if fuller and value[fuller] <= WORSE * min(value.values()):
+    # wrong control makes a figure large, and is in the other way as well
+    is_wrong = fuller == SIMULTANEOUS and simultaneous.keeps_wrong_control
+    if fuller and (is_wrong or value[fuller] <= WORSE * min(value.values())):
         return fuller, ChoiceReason.MORE_POINTS
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)

@@ -27,14 +27,9 @@ from einschalt.pipeline.assessment.credible_heights import (
     credible_heights,
 )
 from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
-from einschalt.pipeline.assessment.evidence.control.alike import (
-    may_hold_wrong_control,
-    set_aside_may_be_right,
-)
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     displacement_of,
-    moved_between_ways,
     moved_by_left_out_control,
 )
 from einschalt.pipeline.assessment.evidence.control.heights import (
@@ -51,6 +46,9 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.control.shown_heights import ShownHeights
+from einschalt.pipeline.assessment.evidence.control.suspect_control import (
+    SuspectControl,
+)
 from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
@@ -133,6 +131,12 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
 
     solution: TwoStepSolution | SimultaneousSolution
 
+    moved_by_suspect_control = NOTHING
+
+    def is_effect_known(self, _pattern):
+        """Whether what a pattern does to the points is known without its operators."""
+        return False
+
     frame = cached_property(frame_of)
     copies = cached_property(find_copies)
     far_apart = cached_property(points_far_apart)
@@ -189,6 +193,7 @@ class TwoStepExamination(Examination):
     credible = cached_property(figure_of_two_steps)
     checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
+    unexplained_control = property(attrgetter("known_control"))
     # five control points of a high-flight model cannot spare one
     snooped_flights = ("low_flight",)
     deformation = None
@@ -351,7 +356,7 @@ class TwoStepExamination(Examination):
 @forwarding("two_step", "other_targets", "components", "patterns")
 @forwarding("two_step", "control_height_parts")
 @forwarding("all_in_two_steps", "exchanged_names")  # which models are given up for
-class SimultaneousExamination(Examination):
+class SimultaneousExamination(SuspectControl, Examination):
     """What can be asked of one adjustment of all models.
 
     Covariances between its points are not kept: tables that need them have no rows.
@@ -394,56 +399,6 @@ class SimultaneousExamination(Examination):
     oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
 
     @cached_property
-    def apart_from_two_steps(self):
-        """How far it lies from the two steps, beyond the errors of both.
-
-        Nothing where one control point was set aside, which the two steps hold; where
-        several were, they may be right.
-        """
-        return NOTHING if len(self._set_aside) == 1 else moved_between_ways(self)
-
-    @property
-    def left_out_differences(self):
-        """Control points as all others predict them less as given, (easting, northing).
-
-        DataFrame by point_id, of those that are no suspects: less the error of given
-        coordinates that explains a point.
-        """
-        control = self.adjustment.control
-        is_suspect = control["is_suspect"].to_numpy(dtype=bool)
-        control = control[~is_suspect].set_index("point_id")
-        return -control[["strain_easting", "strain_northing"]].set_axis(PLAN, axis=1)
-
-    @property
-    def moved_by_left_out(self):
-        """That of the two steps, unless control was set aside."""
-        return NOTHING if self._set_aside else self.two_step.moved_by_left_out
-
-    @property
-    def held_control(self):
-        """Control points without those that were set aside, rows of ``points``."""
-        control = self.points[self.points["role"] == "control"]
-        return control[~control["point_id"].isin(self._set_aside)]
-
-    @cached_property
-    def control_patterns(self):
-        """Those of the two steps, but for what was set aside."""
-        if not self._set_aside or not self.two_step.is_possible:
-            return self.two_step.control_patterns
-        set_aside = self._set_aside | self.two_step.excluded_control
-        return find_control_patterns(self.two_step, set_aside)
-
-    @cached_property
-    def strain(self):
-        """Strain of control beside what was set aside, or is wrong by itself."""
-        return strain_without(self.two_step, self.wrong_control)
-
-    @cached_property
-    def wrong_control(self):
-        """Names of what was set aside, and of control that is wrong by itself."""
-        return self._set_aside | frozenset(wrong_control(self.control_patterns))
-
-    @cached_property
     def height_claim(self):
         """Heights of the adjustment; without control where some was set aside."""
         if not self.two_step.is_possible:
@@ -451,11 +406,6 @@ class SimultaneousExamination(Examination):
         return examine_adjusted_heights(
             self.two_step, self.points, is_without_control=bool(self._set_aside)
         )
-
-    @cached_property
-    def _set_aside(self):
-        control = self.adjustment.control
-        return frozenset(control.loc[control["is_set_aside"], "point_id"])
 
     @property
     def claimed_column(self):
@@ -474,9 +424,6 @@ class SimultaneousExamination(Examination):
         """Whether models are deformed in a way that the adjustment accumulates."""
         found = self.deformation
         return found is not None and found.belief in FOR_TWO_STEPS
-
-    set_aside_is_alike = cached_property(set_aside_may_be_right)
-    keeps_wrong_control = property(may_hold_wrong_control)
 
     @property
     def reliability(self):

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
 from einschalt.pipeline.assessment.evidence.control.signatures import PLAN
 from einschalt.pipeline.assessment.evidence.known_differences import (
@@ -90,6 +91,10 @@ class KnownPoints:
         shift = self.differences.mean(axis=0)
         square = shift @ np.linalg.solve(self.covariance_of_mean, shift)
         return float(max(by_spread, np.exp(-square / 2.0)))
+
+    def without(self, names):
+        """The known points but for some, against the same claim."""
+        return picked(self, ~is_among(self.point_ids, names))
 
     def _limits(self):
         return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)

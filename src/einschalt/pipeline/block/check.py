@@ -85,12 +85,8 @@ def check_block(block, said=frozenset()) -> Findings:
     check.models_on_points()
     # a table of control may be that of approximate points as well
     problems = {str(problem): problem for problem in check.problems}
-    return Findings(
-        check.checked,
-        tuple(problems.values()),
-        tuple(check.models),
-        tuple(dict.fromkeys(check.notes)),
-    )
+    lists = (problems.values(), check.models, dict.fromkeys(check.notes))
+    return Findings(check.checked, *map(tuple, lists))
 
 
 def _ground_schema(schema, flight):

@@ -156,6 +156,9 @@ class BlockAdjustment(ModelResult):
         the projection centres of spatial models [m]; no rows where they are not known.
     kept : ndarray of int
         Row of ``models`` of each model that the solution has.
+    without_suspects : DataFrame
+        point_id, easting, northing [, height] [m]: where the points lie without the
+        control that contradicts the block, if that takes part; otherwise no rows.
     """
 
     points: pd.DataFrame
@@ -172,6 +175,7 @@ class BlockAdjustment(ModelResult):
     components: pd.DataFrame
     centres: pd.DataFrame
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    without_suspects: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @cached_property
     def estimates(self) -> Estimates:
@@ -400,10 +404,15 @@ def placed_points(tables):
     models do not converge.
     """
     part, _ = determined_part(tables)
-    points = adjust_models(part.observations).points
-    names = ["easting", "northing", "height"][: points.shape[1]]
-    table = pd.DataFrame(points, columns=names)
-    table.insert(0, "point_id", tables.point_id[part.points])
+    return _places(tables, part, adjust_models(part.observations))
+
+
+def _places(tables, part, solution):
+    """Coordinates of the points of a solution, projection centres without."""
+    is_ground = ~tables.is_centre[part.points]
+    names = ["easting", "northing", "height"][: solution.points.shape[1]]
+    table = pd.DataFrame(solution.points[is_ground], columns=names)
+    table.insert(0, "point_id", tables.point_id[part.points][is_ground])
     return table
 
 
@@ -478,4 +487,12 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
         components=weighed.table,
         centres=centre_table(points, is_centre),
         kept=part.models,
+        without_suspects=_without_suspects(tables, part, control, options),
     )
+
+
+def _without_suspects(tables, part, control, options):
+    """Coordinates without control that contradicts the block and takes part."""
+    if options.outliers != "keep" or not control.is_suspect.any():
+        return pd.DataFrame()
+    return _places(tables, part, control.without)

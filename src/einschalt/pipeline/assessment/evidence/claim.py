@@ -52,6 +52,7 @@ MOST_DRAWS, FEWEST_DRAWS = 100, 12
 NUMBERS_AT_ONCE = 4_000_000
 # fewer points tell nothing of their neighbours
 FEWEST_POINTS = 10
+NO_RESIDUAL = 1e-9  # metres: of models without redundancy
 
 
 @dataclass(frozen=True)
@@ -267,7 +268,7 @@ class _ClaimTests:
         # of very many suspects it is not these that are wrong
         is_out = is_suspect & (is_suspect.sum() <= MOST_SUSPECTS * len(is_suspect))
         means = mean_residuals(low, model, fits_without(low, low.residuals[is_out]))
-        if len(means.vectors) < FEWEST_POINTS:
+        if not len(means.vectors):
             return (), None
         drawn = means.of_values.apply(self.drawn.low)
         of_draws = model.axes.plan(drawn - means.of_ground.apply(self.drawn.ground))
@@ -277,6 +278,8 @@ class _ClaimTests:
             # errors that neighbours share leave small residuals: both tails
             p_value = 2.0 * min(size.p_value, 1.0 - size.p_value)
             size = replace(size, p_value=p_value)
+        if len(means.vectors) < FEWEST_POINTS:  # of which neighbours say nothing
+            return (size,) if size.predicted > NO_RESIDUAL else (), None
         near = nearest_neighbours(means.positions)
         i, drawn_i = morans_i(vectors, near), morans_i(of_draws, near)
         autocorrelation = ClaimTest(

@@ -61,14 +61,25 @@ def largest(*found) -> Displacement:
 
 def displacement_of(examined) -> Displacement:
     """What is wrong moves the new points by so much."""
-    patterns = examined.control_patterns
+    patterns, is_known = examined.control_patterns, examined.is_effect_known
     # a step or a bend that is part of a strain moves points no further than it does
     in_plan = 0.0 if examined.smooth_strain else patterns.moved_plan
+    in_plan = 0.0 if is_known(patterns.plan) else in_plan
+    in_height = 0.0 if is_known(patterns.height) else patterns.moved_height
     return largest(
         examined.moved_by_left_out,
+        examined.moved_by_suspect_control,
         moved_by_suspects(examined),
-        Displacement(in_plan, patterns.moved_height),
+        Displacement(in_plan, in_height),
     )
+
+
+def moved_by_suspect_control(adjusted) -> Displacement:
+    """What control that contradicts an adjustment does to it, where it takes part."""
+    without, points = adjusted.adjustment.without_suspects, adjusted.points
+    if without.empty:
+        return NOTHING
+    return _of_new(adjusted, points["point_id"], apart_from(points, without))
 
 
 def moved_by_left_out_control(two_step) -> Displacement:

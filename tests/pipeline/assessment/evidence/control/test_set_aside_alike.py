@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from einschalt.pipeline.assessment.evidence.control.alike import (
+from einschalt.pipeline.assessment.evidence.control.suspect_control import (
     SIGNIFICANCE,
     are_set_aside_alike,
 )

@@ -1,0 +1,168 @@
+"""Control that contradicts an adjustment: what it does, and whether it is alike.
+
+Errors of single control points have nothing in common. If a part of the control is
+shifted, the block bends between both parts, and data snooping refuses whichever points
+are fewer or weaker, right or wrong: their strains are parallel, if not equal. No
+residual is left then that tells which part is wrong.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from einschalt.foundations.frame_columns import values_of
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    NOTHING,
+    moved_between_ways,
+    moved_by_suspect_control,
+)
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    NO_PATTERNS,
+    find_control_patterns,
+    wrong_control,
+)
+from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
+from einschalt.stages.error_propagation.given_points import PLAN
+
+# that single errors lie as close to one direction, or to one line, as those found
+SIGNIFICANCE = 0.1
+FEWEST = 2
+FEWEST_CONFIRMING = 4  # check points
+
+
+def may_hold_wrong_control(examined) -> bool:
+    """Tell whether control that contradicts an adjustment takes part, or may do so."""
+    control = examined.adjustment.control
+    is_kept = bool((control["is_suspect"] & ~control["is_set_aside"]).any())
+    return is_kept or examined.set_aside_is_alike
+
+
+def set_aside_may_be_right(examined) -> bool:
+    """Tell whether control that was set aside is off in one direction.
+
+    Not where check points agree with the adjustment without it.
+    """
+    known = examined.known_check
+    is_confirmed = known.count >= FEWEST_CONFIRMING and not known.are_beyond
+    return not is_confirmed and are_set_aside_alike(examined.adjustment.control)
+
+
+def are_set_aside_alike(control) -> bool:
+    """Tell whether strains are more parallel than independent errors would be.
+
+    Parameters
+    ----------
+    control : DataFrame
+        Of an adjustment: strain_easting, strain_northing [m], is_set_aside.
+    """
+    is_out = control["is_set_aside"].to_numpy(dtype=bool)
+    strain = values_of(control, ["strain_easting", "strain_northing"])[is_out]
+    if len(strain) < FEWEST:
+        return False
+    direction = np.arctan2(strain[:, 1], strain[:, 0])
+    # in one direction, or along one line: two looks at the same points (Bonferroni)
+    p_values = [_chance_of_arc(direction, period) for period in (2.0 * np.pi, np.pi)]
+    return bool(2.0 * min(p_values) <= SIGNIFICANCE)
+
+
+def _chance_of_arc(direction, period):
+    """Probability that random directions lie in an arc as short as these do.
+
+    n (arc/period)^(n - 1) while the arc is at most half of the period, where no two of
+    the points can both be its beginning; Stevens (1939). 1 beyond.
+    """
+    ordered = np.sort(np.mod(direction, period))
+    gaps = np.diff(ordered, append=ordered[0] + period)
+    share = 1.0 - gaps.max() / period
+    n = len(ordered)
+    return min(n * share ** (n - 1), 1.0) if share <= 0.5 else 1.0
+
+
+class SuspectControl:
+    """What an adjustment makes of control that contradicts it, taking part or not."""
+
+    @cached_property
+    def apart_from_two_steps(self):
+        """How far it lies from the two steps, beyond the errors of both.
+
+        Nothing where one control point contradicts it, which the two steps hold as
+        well; where several do, they may be right.
+        """
+        return NOTHING if len(self._suspect_control) == 1 else moved_between_ways(self)
+
+    moved_by_suspect_control = cached_property(moved_by_suspect_control)
+
+    def is_effect_known(self, pattern):
+        """Whether a pattern is of points without which the block was adjusted too."""
+        names = set() if pattern is None else set(pattern.point_ids)
+        return bool(names) and names <= self._suspect_control
+
+    @cached_property
+    def unexplained_control(self):
+        """Control without the one point whose error, and what it does, are known."""
+        known, suspects = self.known_control, self._suspect_control
+        return known.without(suspects) if len(suspects) == 1 else known
+
+    @cached_property
+    def _suspect_control(self):
+        control = self.adjustment.control
+        return frozenset(control.loc[control["is_suspect"], "point_id"])
+
+    @property
+    def left_out_differences(self):
+        """Control points as all others predict them less as given, (easting, northing).
+
+        DataFrame by point_id, of those that are no suspects: less the error of given
+        coordinates that explains a point.
+        """
+        control = self.adjustment.control
+        is_suspect = control["is_suspect"].to_numpy(dtype=bool)
+        control = control[~is_suspect].set_index("point_id")
+        return -control[["strain_easting", "strain_northing"]].set_axis(PLAN, axis=1)
+
+    @property
+    def moved_by_left_out(self):
+        """That of the two steps, unless control was set aside."""
+        return NOTHING if self._set_aside else self.two_step.moved_by_left_out
+
+    @property
+    def held_control(self):
+        """Control points without those that were set aside, rows of ``points``."""
+        control = self.points[self.points["role"] == "control"]
+        return control[~control["point_id"].isin(self._set_aside)]
+
+    @cached_property
+    def control_patterns(self):
+        """Those of the two steps, but for what was set aside.
+
+        Without a high flight heights of single models show them. Where one point
+        contradicts the adjustment these lean on it, and say nothing of the adjustment,
+        in which what it does is known.
+        """
+        two_step = self.two_step
+        if not two_step.is_possible:
+            return two_step.control_patterns
+        if two_step.left_out_control is None and len(self._suspect_control) == 1:
+            return NO_PATTERNS
+        if not self._set_aside:
+            return two_step.control_patterns
+        set_aside = self._set_aside | two_step.excluded_control
+        return find_control_patterns(two_step, set_aside)
+
+    @cached_property
+    def strain(self):
+        """Strain of control beside what was set aside, or is wrong by itself."""
+        return strain_without(self.two_step, self.wrong_control)
+
+    @cached_property
+    def wrong_control(self):
+        """Names of what was set aside, and of control that is wrong by itself."""
+        return self._set_aside | frozenset(wrong_control(self.control_patterns))
+
+    @cached_property
+    def _set_aside(self):
+        control = self.adjustment.control
+        return frozenset(control.loc[control["is_set_aside"], "point_id"])
+
+    set_aside_is_alike = cached_property(set_aside_may_be_right)
+    keeps_wrong_control = property(may_hold_wrong_control)
