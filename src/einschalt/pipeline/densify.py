@@ -20,17 +20,15 @@ from einschalt.pipeline.block.block import with_errors_as_shown
 from einschalt.pipeline.block.memory import require_memory
 from einschalt.pipeline.block.output_system import with_output_system
 from einschalt.pipeline.densification.iteration import require_iterable
-from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
-from einschalt.pipeline.densification.residual_distribution import require_control
-from einschalt.pipeline.densification.simultaneous import (
-    bend_for_adjustment,
-    require_adjustable,
+from einschalt.pipeline.densification.one_adjustment import (
+    orient_flights,
+    solve_in_one_adjustment,
 )
+from einschalt.pipeline.densification.residual_distribution import require_control
+from einschalt.pipeline.densification.simultaneous import require_adjustable
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
-from einschalt.stages.curved_earth import bend_flights
-from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage4_error_propagation import require_rigorous
 
 SOLVERS = {TWO_STEP: solve_in_two_steps, SIMULTANEOUS: solve_in_one_adjustment}
@@ -89,12 +87,8 @@ def densify(
         _require_possible(block, settings)
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
-        flights = _orient(block, settings)
+        flights = orient_flights(block, settings)
         block = with_errors_as_shown(block, settings.outliers)
-        if settings.earth_curvature == "treated":
-            in_two_steps = settings.method == TWO_STEP
-            bend = bend_flights if in_two_steps else bend_for_adjustment
-            flights = bend(block, flights)
         asked = block, settings, flights, report_progress
         if settings.method == AUTO:
             examined, choice = solve_the_better_way(*asked)
@@ -126,10 +120,3 @@ def _require_possible(block, settings):
     require_rigorous(block, settings.weighting)
     if settings.method == SIMULTANEOUS:
         require_adjustable(block)
-
-
-def _orient(block, settings):
-    return {
-        name: relative_orientation(flight, outliers=settings.outliers)
-        for name, flight in block.flights.items()
-    }

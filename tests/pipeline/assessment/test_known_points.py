@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import chi2
 from tests.changed_results import changed
@@ -10,6 +11,7 @@ from tests.changed_results import changed
 from einschalt.pipeline.assessment.known_points import (
     KnownPoints,
     check_points,
+    confirmed_check_points,
     control_points,
     far_control,
 )
@@ -88,3 +90,22 @@ def test_single_control_points_that_are_far_off_are_named():
     assert far_ones(*[0.3] * 7) == []
     # all are worse than claimed, and no single one is to blame
     assert far_ones(1.0, *[0.1] * 11) == []
+
+
+@pytest.mark.parametrize(("outliers", "n_left"), [("huber", 2), ("snoop", 3)])
+def test_a_check_point_that_hangs_on_one_measurement_tests_nothing(outliers, n_left):
+    """Of refused ones and another; with two that confirm each other it is a test."""
+    residuals = pd.DataFrame(
+        {
+            "point_id": ["0", "0", "0", "1", "1", "1", "2"],
+            "is_suspect": [True, True, False, True, False, False, False],
+        }
+    )
+    adjusted = SimpleNamespace(
+        known_check=known(2.0, 3),
+        residuals=residuals,
+        settings=SimpleNamespace(outliers=outliers),
+    )
+    confirmed = confirmed_check_points(adjusted)
+    assert confirmed.count == n_left
+    assert confirmed.point_ids.tolist() == ["0", "1", "2"][-n_left:]

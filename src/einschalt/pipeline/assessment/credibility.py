@@ -212,7 +212,7 @@ def _enlarged_by_tests(examined):
 
 def _ratios_beyond(examined):
     """Ratios of differences at known points to those claimed, beyond chance."""
-    known = (examined.known_check, examined.unexplained_control)
+    known = (examined.confirmed_check, examined.unexplained_control)
     return [part.ratio for part in known if part.are_beyond]
 
 

@@ -85,6 +85,7 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
 )
 from einschalt.pipeline.assessment.known_points import (
     check_points,
+    confirmed_check_points,
     contradicting_points,
     control_points,
 )
@@ -194,6 +195,7 @@ class TwoStepExamination(Examination):
     checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
     unexplained_control = property(attrgetter("known_control"))
+    confirmed_check = property(attrgetter("known_check"))
     # five control points of a high-flight model cannot spare one
     snooped_flights = ("low_flight",)
     deformation = None
@@ -373,6 +375,7 @@ class SimultaneousExamination(SuspectControl, Examination):
     deformation = cached_property(deformation_facts)
     credible = cached_property(figure_of_adjustment)
     checked = cached_property(checked_figure_of_adjustment)
+    confirmed_check = cached_property(confirmed_check_points)
 
     def _require_errors(self):
         raise SettingsError(

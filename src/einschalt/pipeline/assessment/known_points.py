@@ -26,6 +26,7 @@ from einschalt.theory.adjustment.multiple_testing import (
 )
 from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+from einschalt.theory.block_adjustment.gross_errors import NORMS
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
@@ -104,6 +105,29 @@ def check_points(examined) -> KnownPoints:
     """Check points, which entered no fit."""
     points = examined.points
     return _compared(examined, points[points["role"] == "check"])
+
+
+def confirmed_check_points(adjusted) -> KnownPoints:
+    """Check points that tell what an adjustment is worth.
+
+    Not those of which a robust norm has left one measurement with its weight, or none:
+    nothing confirms that. They tell how far such points are off, which are suspects and
+    are counted by their own values; where they are taken out, the standard error of the
+    point tells it.
+    """
+    known = adjusted.known_check
+    if adjusted.settings.outliers not in NORMS:
+        return known
+    is_alone = is_among(known.point_ids, unconfirmed_points(adjusted.residuals))
+    return picked(known, ~is_alone) if is_alone.any() else known
+
+
+def unconfirmed_points(residuals) -> np.ndarray:
+    """Names of points with refused measurements, and no two that confirm each other."""
+    is_suspect = residuals["is_suspect"].astype(bool)
+    n_good = (~is_suspect).groupby(residuals["point_id"]).sum()
+    has_refused = is_suspect.groupby(residuals["point_id"]).any()
+    return n_good.index[(n_good < 2) & has_refused].to_numpy(dtype=object)
 
 
 def control_points(examined) -> KnownPoints:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from operator import attrgetter
 
+import pandas as pd
+
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.language import mark_each
 from einschalt.pipeline.densification.figures import adjusted_figures
@@ -17,6 +19,7 @@ from einschalt.pipeline.densification.result_tables import (
 )
 from einschalt.pipeline.densification.simultaneous import (
     adjust_flights,
+    bend_for_adjustment,
     distribute_adjusted,
     point_columns,
 )
@@ -27,12 +30,16 @@ from einschalt.pipeline.densification.two_steps import (
     solve_in_two_steps,
 )
 from einschalt.pipeline.progress import Stage
+from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.shared_error import (
     shared_error_of,
     with_shared_columns,
 )
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
+from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.theory.block_adjustment.gross_errors import NORMS
 
+MODEL = ["coverage", "model_id"]
 NOTHING_HELD = mark_each(
     {
         "high_flight": "the adjustment holds no model of the high flight.",
@@ -46,7 +53,7 @@ class SimultaneousSolution(Solution):
     """Points of a block from one adjustment of all its models."""
 
     adjustment: BlockAdjustment  # where points, models and residuals are from
-    # in two steps: the models that the adjustment holds, and all of the block
+    # in two steps: what the adjustment holds, and the whole block as it is set
     two_step: TwoStepSolution | WithoutTwoSteps
     all_in_two_steps: TwoStepSolution | WithoutTwoSteps
 
@@ -54,6 +61,18 @@ class SimultaneousSolution(Solution):
     approximations = property(attrgetter("two_step.approximations"))
     coverages = property(attrgetter("two_step.coverages"))
     iterations = property(attrgetter("two_step.iterations"))
+
+
+def orient_flights(block, settings):
+    """Orient the models of all flights, and bend them as the map is bent: stage 2."""
+    flights = {
+        name: relative_orientation(flight, outliers=settings.outliers)
+        for name, flight in block.flights.items()
+    }
+    if settings.earth_curvature != "treated":
+        return flights
+    bend = bend_flights if settings.method == "two_step" else bend_for_adjustment
+    return bend(block, flights)
 
 
 def solve_in_one_adjustment(
@@ -75,7 +94,7 @@ def adjust_beside(in_two_steps, block, settings, flights) -> SimultaneousSolutio
     A GeometryError where nothing of the block can be determined.
     """
     adjusted = adjust_flights(block, settings, flights)
-    two_step = _of_models_held(in_two_steps, adjusted, block, settings, flights)
+    two_step = _of_what_it_holds(in_two_steps, adjusted, block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
     if settings.outliers != "keep":
         points = points.assign(is_set_aside=_are_set_aside(adjusted, points))
@@ -116,15 +135,21 @@ def _are_set_aside(adjusted, points):
     return points["point_id"].isin(names).to_numpy()
 
 
-def _of_models_held(in_two_steps, adjusted, block, settings, flights):
-    """The two steps of the models that an adjustment holds.
+def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
+    """The two steps of the models and measurements that an adjustment holds.
 
     What a model does that was given up is in none of its points: it would draw the two
-    steps beside them, and what is tested by these, as if it were.
+    steps beside them, and what is tested by these, as if it were. So would what a
+    robust norm leaves of a gross error, which is more where a model alone bears it.
     """
-    lost = adjusted.failures
-    if not len(lost) or not in_two_steps.is_possible:
+    lost = adjusted.failures[["flight", *MODEL]]
+    has_less_weight = _has_gross_errors_of_less_weight(adjusted, flights, settings)
+    if not (len(lost) or has_less_weight) or not in_two_steps.is_possible:
         return in_two_steps
+    if has_less_weight:
+        settings = settings.updated({"outliers": "snoop"})
+        flights = _oriented_without_gross_errors(block, settings, flights)
+        lost = pd.concat([lost, _lost_without_gross_errors(block, settings, flights)])
     held = {
         name: oriented.without_models(lost[lost["flight"] == name])
         for name, oriented in flights.items()
@@ -133,6 +158,36 @@ def _of_models_held(in_two_steps, adjusted, block, settings, flights):
         if oriented.model_points.empty:
             return WithoutTwoSteps(block, NOTHING_HELD[name])
     return _beside(block, settings, held, lambda *_: None)
+
+
+def _lost_without_gross_errors(block, settings, flights):
+    """Models that an adjustment without gross errors gives up: flight and name.
+
+    A robust norm holds a model whatever contradicts it.
+    """
+    try:
+        lost = adjust_flights(block, settings, flights).failures
+    except GeometryError:  # it holds nothing, and tells nothing of single models
+        return pd.DataFrame(columns=["flight", *MODEL])
+    return lost[["flight", *MODEL]]
+
+
+def _has_gross_errors_of_less_weight(adjusted, flights, settings):
+    """Whether data snooping refuses what a robust norm has only given less weight."""
+    if settings.outliers not in NORMS:
+        return False
+    tables = [adjusted.residuals, *(each.residuals for each in flights.values())]
+    return any(t["is_suspect"].any() for t in tables if "is_suspect" in t)
+
+
+def _oriented_without_gross_errors(block, settings, flights):
+    """The flights, those of photographs oriented anew; as they were if that fails."""
+    has_images = {name: flight.has_images for name, flight in block.flights.items()}
+    try:
+        anew = orient_flights(block, settings) if any(has_images.values()) else flights
+    except GeometryError:
+        return flights
+    return {name: anew[name] if has_images[name] else flights[name] for name in flights}
 
 
 def _beside(block, settings, flights, report_progress):
