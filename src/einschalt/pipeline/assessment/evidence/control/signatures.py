@@ -3,9 +3,11 @@
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from einschalt.stages.error_propagation.error_model import HIGH, LOW
 from einschalt.theory.adjustment.point_operator import Axes
+from einschalt.theory.adjustment.rows_of_chains import filled, rows_of_chains
 
 PLAN, HEIGHT = (0, 1), (2,)
 
@@ -16,15 +18,41 @@ def covariance_of(chains, sizes, axes):
     ``chains`` lead from each source, whose errors have the ``sizes``.
     """
     found, kind = 0.0, next(iter(chains.values())).axes
-    for source, chain in chains.items():
-        variance = kind.each(sizes[source]).ravel() ** 2
-        rows = chain.matrix.tocsr()
-        found = found + (rows.multiply(variance) @ rows.conj().T).toarray()
+    for source, rows in _rows_in(axes, chains):
+        found = found + _covariance(rows, kind.each(sizes[source]).ravel())
     if kind is Axes.COMPLEX:  # errors of both coordinates are alike
         return np.block([[found.real, -found.imag], [found.imag, found.real]])
-    places = [np.arange(axis, len(found), kind.value) for axis in axes]
-    rows = np.concatenate(places)
-    return found[np.ix_(rows, rows)]
+    return found
+
+
+def _rows_in(axes, chains):
+    """Rows of chains in some axes, all points of one axis first, of each source."""
+    any_chain = next(iter(chains.values()))
+    n_numbers, kind = any_chain.shape[0], any_chain.axes
+    places = np.arange(n_numbers)
+    if kind is not Axes.COMPLEX:
+        places = np.concatenate([places[axis :: kind.value] for axis in axes])
+    # first of all: what the steps make of other rows is not wanted
+    chosen = sparse.eye_array(n_numbers, format="csr")[places]
+    for source, rows in rows_of_chains(chains, chosen):
+        yield source, rows.matrix
+
+
+def _covariance(rows, size):
+    """Of rows times independent errors; many that are not 0 multiply faster in full."""
+    is_sparse = sparse.issparse(rows)
+    numbers = rows.data if is_sparse else rows
+    # models that are not usable have no part, but 0 · NaN would be NaN
+    if np.isfinite(numbers).all() and np.isfinite(size).all():
+        rows = filled(rows)
+    elif not is_sparse:
+        rows = sparse.csr_array(rows)
+    if not sparse.issparse(rows):
+        scaled = rows * size
+        return scaled @ scaled.conj().T
+    rows = rows.tocsr(copy=True)
+    rows.data *= size[rows.indices]
+    return (rows @ rows.conj().T).toarray()
 
 
 class Signatures:
@@ -48,9 +76,16 @@ class Signatures:
 
         In plan with control heights as they show themselves, which tilt models.
         """
-        is_plan = tuple(axes) == PLAN
-        model = self.examined.model_with_shown_heights if is_plan else self.model
-        return covariance_of(self.left_out.chains, model.standard_errors, axes)
+        return self._in_plan if tuple(axes) == PLAN else self._in_height
+
+    @cached_property
+    def _in_plan(self):
+        sizes = self.examined.model_with_shown_heights.standard_errors
+        return covariance_of(self.left_out.chains, sizes, PLAN)
+
+    @cached_property
+    def _in_height(self):
+        return covariance_of(self.left_out.chains, self.model.standard_errors, HEIGHT)
 
     def of(self, patterns, axes):
         """Differences that each pattern makes for amplitudes of one.
