@@ -37,6 +37,7 @@ def way(
     left_out=None,
     n_left_out=10,
     keeps_wrong_control=False,
+    knows_wrong_control=False,
     n_new=100,
 ):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
@@ -48,6 +49,8 @@ def way(
     )
     parts = {"models": models, "left_out_differences": control}
     parts["keeps_wrong_control"] = keeps_wrong_control
+    parts["knows_wrong_control"] = knows_wrong_control
+    parts["left_out_control"] = None
     parts["figures"] = SimpleNamespace(n_new=n_new)
     return SimpleNamespace(credible=figure, **parts)
 
@@ -133,9 +136,9 @@ def way(
         (way(0.05, n_new=91), way(0.09), "two_step", ChoiceReason.SMALLER),
         (
             way(0.05, n_new=89),
-            way(0.5, is_lower_bound=True, keeps_wrong_control=True),
+            way(0.5, is_lower_bound=True, knows_wrong_control=True),
             "simultaneous",
-            ChoiceReason.MORE_POINTS,
+            ChoiceReason.WRONG_CONTROL,
         ),
         (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
         (way(np.nan), way(np.nan), "two_step", ChoiceReason.NO_FIGURE),
@@ -243,6 +246,13 @@ def test_where_no_model_has_enough_control_one_adjustment_is_named():
     with pytest.raises(GeometryError, match="Or adjust all models together"):
         densify(thin)
     assert densify(thin, AUTO).choice.method == "simultaneous"
+    # where both fail, neither is recommended in place of the other
+    gross = thin.low_flight.image_points.copy()
+    gross[["x", "y"]] = np.random.default_rng(1).permutation(gross[["x", "y"]])
+    lost = replace(thin, low_flight=replace(thin.low_flight, image_points=gross))
+    with pytest.raises(EinschaltError) as caught:
+        densify(lost, AUTO)
+    assert "method" not in str(caught.value)
     two = thin.control_points[:2], thin.approximate_points[:2]
     with pytest.raises(EinschaltError) as caught:  # which hold nothing, by whatever way
         replace(thin, control_points=two[0], approximate_points=two[1])

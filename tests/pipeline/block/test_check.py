@@ -321,6 +321,16 @@ def test_models_that_neighbours_tie_are_no_fault_in_one_adjustment():
     assert "in 21 of 23 models" in note
 
 
+def test_fewer_known_points_than_a_model_needs_are_one_problem():
+    """Of each model it was said that its names were wrong, or to delete it."""
+    block = one_flight(seed=1, n_given=6)
+    two = block.control_points[:2], block.approximate_points[:2]
+    with pytest.raises(ConsistencyError) as caught:
+        replace(block, control_points=two[0], approximate_points=two[1])
+    assert caught.value.found == "models show 2 of these control points"
+    assert caught.value.expected == "at least 3"
+
+
 def test_which_models_neighbours_tie():
     shown = {"a": "pqr", "b": "pqrxyz", "c": "stu"}  # c has no neighbour
     rows = [("1", model, point) for model in shown for point in shown[model]]

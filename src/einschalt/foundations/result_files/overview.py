@@ -167,6 +167,10 @@ CHOICE = Part(
             "smaller": "its figure is the smaller one",
             "more_models": "the figures are alike, and it uses more models",
             "more_points": "the other method leaves many points without coordinates",
+            "wrong_control": (
+                "one adjustment shows what a wrong control point does, which the two "
+                "steps of one flight do not test"
+            ),
             "left_out": (
                 "the measurements contradict its figure, but control points that "
                 "were left out lie nearer to it"

@@ -15,6 +15,7 @@ from einschalt.pipeline.densification.one_adjustment import (
 )
 from einschalt.pipeline.densification.simultaneous import require_adjustable
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
+from einschalt.stages.simultaneous.failed_models import LOOK_FOR_ERRORS
 
 AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
 # figures of precision are no better known than that
@@ -43,6 +44,9 @@ class ChoiceReason(StrEnum):
     MORE_MODELS = "more_models"  # figures are alike, and it determines more models
     # the other one leaves a part of the block without coordinates
     MORE_POINTS = "more_points"
+    # one control point is wrong, which two steps do not see: what it does is known in
+    # one adjustment
+    WRONG_CONTROL = "wrong_control"
     # measurements contradict its figure, but control points that were left out lie
     # nearer to it
     LEFT_OUT = "left_out"
@@ -74,14 +78,17 @@ def solve_the_better_way(
     left out lie nearer to its points: much nearer where its figure is not smaller.
     """
     arguments = block, settings, flights, report_progress
-    obstacle = _obstacle(block, settings)
+    obstacle, failed = _obstacle(block, settings), None
     if not obstacle:
         try:
             examined = examine(solve_in_one_adjustment(*arguments))
         except (GeometryError, TableError) as error:  # what two steps do not need
-            obstacle = str(error)
+            obstacle, failed = str(error), error
     if obstacle:
-        examined = examine(solve_in_two_steps(*arguments))
+        try:
+            examined = examine(solve_in_two_steps(*arguments))
+        except GeometryError as error:
+            raise _of_both(failed, error) from error
         only = TWO_STEP, ChoiceReason.ONLY_WAY
         return examined, MethodChoice(*only, examined.credible, None, obstacle)
     beside, adjusted = examined.solution.all_in_two_steps, examined.credible
@@ -96,6 +103,14 @@ def solve_the_better_way(
     if settings.residual_distribution != "none":  # what stands beside is without it
         return examine(solve_in_two_steps(*arguments)), choice
     return two_step, choice
+
+
+def _of_both(failed, error):
+    """The error of one adjustment, which two steps do not help; theirs without one."""
+    if failed is None:
+        return error
+    remedy = f"{LOOK_FOR_ERRORS}. In two steps {error.found}"
+    return failed.with_facts(remedy=remedy)
 
 
 def _obstacle(block, settings):
@@ -113,8 +128,9 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     """Method whose figure to believe is the better one, and the reason.
 
     Of two examinations, or what has their ``credible``, ``figures``, ``models`` and
-    ``left_out_differences``, and ``keeps_wrong_control`` of the second. Figures of
-    different points are not compared where one way leaves many without coordinates.
+    ``left_out_differences``, ``left_out_control`` of the first, and of the second
+    ``keeps_wrong_control`` and ``knows_wrong_control``. Figures of different points are
+    not compared where one way leaves many without coordinates.
     """
     both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
     value = {name: found.credible.value for name, found in both.items()}
@@ -122,10 +138,12 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     if len(known) < len(both):
         reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
         return (known or [TWO_STEP])[0], reason
+    # in blocks of one flight two steps test no control point by the others
+    is_blind = two_step.left_out_control is None and simultaneous.knows_wrong_control
+    if is_blind:
+        return SIMULTANEOUS, ChoiceReason.WRONG_CONTROL
     fuller = _way_of_more_points(both)
-    # wrong control makes a figure large, and is in the other way as well
-    is_wrong = fuller == SIMULTANEOUS and simultaneous.keeps_wrong_control
-    if fuller and (is_wrong or value[fuller] <= WORSE * min(value.values())):
+    if fuller and value[fuller] <= WORSE * min(value.values()):
         return fuller, ChoiceReason.MORE_POINTS
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)

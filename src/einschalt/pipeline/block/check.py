@@ -378,8 +378,7 @@ class _Check:
 
     def _models_without(self, flight_name, known, ground):
         flight, table = self.checked[flight_name], self._model_table(flight_name)
-        word = flight.transformation
-        is_word = is_choice(word, TRANSFORMATION_KINDS)
+        is_word = is_choice(word := flight.transformation, TRANSFORMATION_KINDS)
         least = TRANSFORMATION_KINDS[word].least_points if is_word else 1
         counted = known_of_models(table, known, least)
         onto = self._named(ground, known)
@@ -397,8 +396,10 @@ class _Check:
 
         is_lost = counted.is_lacking
         # all models together may have enough control for the simultaneous adjustment
-        n_known = table["point_id"][counted.is_known].nunique()
-        has_enough = onto == "control_points" and n_known >= least
+        if 0 < counted.n_known < least:
+            self.problems += [counted.too_few(onto, self._file(ground))]
+            return
+        has_enough = onto == "control_points" and counted.n_known >= least
         if onto != "approximate_points" and self._is_adjusted_in_one():
             self.notes += counted.note_of_tied(table, onto, file)
             is_lost = is_lost & ~counted.is_tied

@@ -239,6 +239,7 @@ class KnownOfModels:
     number: np.ndarray  # of known points of its model
     least: int  # that the transformation needs
     is_tied: np.ndarray
+    n_known: int  # points
 
     @property
     def is_lacking(self):
@@ -256,6 +257,16 @@ class KnownOfModels:
             expected, remedy = "common points", NAMES_OF_POINTS
         found = _common_points_text(number, ground.replace("_", " "))
         return {"found": found, "expected": expected, "remedy": remedy}
+
+    def too_few(self, ground, file):
+        """Error of a block with fewer known points than a single model needs."""
+        points = ground.replace("_", " ")
+        return ConsistencyError(
+            f"models show {self.n_known} of these {points}",
+            expected=f"at least {self.least}",
+            remedy=f"Measure more {points} in models, or give more",
+            file=file,
+        )
 
     def note_of_tied(self, table, ground, file):
         """Count the models that one adjustment can use, and two steps cannot."""
@@ -282,10 +293,11 @@ def known_of_models(table, known, least) -> KnownOfModels:
     number = np.bincount(model, weights=is_known)[model].astype(int)
     is_tied = np.zeros(len(table), dtype=bool)
     point = row_codes([table["point_id"]])
-    if (number < least).any() and len(np.unique(point[is_known])) >= least:
+    n_known = len(np.unique(point[is_known]))
+    if (number < least).any() and n_known >= least:
         is_tie = is_known | (np.bincount(point)[point] > 1)
         is_tied = np.bincount(model, weights=is_tie)[model] >= least
-    return KnownOfModels(is_known, is_first, number, least, is_tied)
+    return KnownOfModels(is_known, is_first, number, least, is_tied, n_known)
 
 
 def fitted_onto(ground, control):

@@ -29,7 +29,7 @@ from einschalt.stages.stage5_double_coverage import (
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
-TOGETHER = 'Or adjust all models together: method = "auto" in [settings]'
+TOGETHER = 'Or adjust all models together: method = "auto"'
 
 
 @dataclass(frozen=True, eq=False)

@@ -177,6 +177,10 @@ def _wrong_control(solution, both, is_out, significance):
     return _worst_given(solution.observations, tests.w, is_wrong)
 
 
+# parameters of a transformation of the whole block
+DATUM_IN_SPACE, DATUM_OF_AFFINE, DATUM_OF_HELMERT = 7, 6, 4
+
+
 def _worst_given(observations, w, is_refused):
     """Refused given points that are the worst far around; a wrong one spreads too."""
     model, point = observations.model, observations.point
@@ -302,11 +306,21 @@ class ControlVerdict:
     without: AdjustedBlock  # the block with the suspects set aside
 
 
+def _fewest_given(observations):
+    """Given points that place a block and leave one of them to check it."""
+    n_axes = observations.control.shape[1]
+    if n_axes > 2:
+        return -(-(DATUM_IN_SPACE + 1) // n_axes)
+    datum = DATUM_OF_AFFINE if observations.is_affine.all() else DATUM_OF_HELMERT
+    return -(-(datum + 1) // n_axes)
+
+
 def examine_control(solution, significance) -> ControlVerdict:
     """Find the given points that contradict the block, the worst first.
 
     A wrong one makes its neighbours look wrong too. So it is set aside before these are
-    judged; the solution that is given is left as it is. ``significance`` is the
+    judged; the solution that is given is left as it is. So many are left that they
+    check each other: of fewer any may be the wrong one. ``significance`` is the
     probability with which good control has a suspect.
     """
     tests = judge_control(solution)
@@ -319,7 +333,8 @@ def examine_control(solution, significance) -> ControlVerdict:
         n_tested = np.count_nonzero(is_refused)
         is_refused[is_refused] = tests.p_value[is_refused] * n_tested <= significance
         worst = _worst_given(observations, tests.w, is_refused)
-        if len(worst) == 0:
+        n_left = np.count_nonzero(observations.is_control & ~is_suspect) - len(worst)
+        if len(worst) == 0 or n_left < _fewest_given(observations):
             break
         is_suspect[worst] = True
         covariance = observations.control_covariance.copy()

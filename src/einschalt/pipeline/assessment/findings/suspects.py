@@ -193,6 +193,8 @@ def control_against_block(adjusted):
     if suspects.empty:
         return None
     largest = _largest(suspects, "strain")
+    if "strain_height" in suspects:
+        largest = max(largest, float(suspects["strain_height"].abs().max()))
     facts = {"n_points": len(suspects), "largest": largest}
     told = {
         "names": suspects["point_id"],

@@ -189,6 +189,10 @@ WHY = mark_each(
         ChoiceReason.MORE_POINTS: (
             "Chosen: {way}; the other method leaves many points without coordinates."
         ),
+        ChoiceReason.WRONG_CONTROL: (
+            "Chosen: {way}; it shows what the wrong control point does, which the "
+            "other method does not test."
+        ),
         ChoiceReason.CONTRADICTED: (
             "Chosen: {way}; the measurements contradict both figures."
         ),
@@ -398,5 +402,7 @@ def _believed(credible):
 def _why(choice):
     way = translated(TAKEN[choice.method])
     if choice.reason is ChoiceReason.ONLY_WAY:
-        return translated(ONLY_WAY, way=way, obstacle=retold(choice.obstacle))
+        return translated(
+            ONLY_WAY, way=way, obstacle=retold(choice.obstacle).rstrip(".")
+        )
     return translated(WHY[choice.reason], way=way)

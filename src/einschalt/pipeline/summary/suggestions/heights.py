@@ -48,6 +48,11 @@ UNSEEN = mark(
     "would be noticed from {per_cent} per cent on. Each one moves the heights of the "
     "new points by {moved} (RMS)"
 )
+UNSEEN_AT_ALL = mark(
+    "Given heights differ too little to check the principal distance. Each per cent of "
+    "an error moves the heights of the new points by {moved} (RMS)"
+)
+MOST_PER_CENT = 1000.0  # of errors that are worth a figure
 POINT_OFF = mark_each(
     {
         "control_points": (
@@ -93,7 +98,10 @@ def wrong_control_height(finding):
 def unseen_height_scale(finding):
     """From which error on it would be noticed, and what smaller ones do."""
     moved = length(finding.facts["moved_per_cent"])
-    return translated(UNSEEN, per_cent=number(finding.facts["per_cent"]), moved=moved)
+    per_cent = finding.facts["per_cent"]
+    if not per_cent < MOST_PER_CENT:
+        return translated(UNSEEN_AT_ALL, moved=moved)
+    return translated(UNSEEN, per_cent=number(per_cent), moved=moved)
 
 
 def heights_out_of_scale(finding):

@@ -35,6 +35,30 @@ def test_it_is_told_as_the_adjustment_without_it_shows_it(seed, n_given):
     assert block.control_points["point_id"][3] in suspects
 
 
+def test_a_wrong_height_is_told_as_large_as_it_is():
+    """It was "by up to 2.4 cm", which is what it does in plan."""
+    block = with_wrong_control(one_flight(2, 8), 4, np.array([0.0, 0.0, 2.0]))
+    told = densify(block, Settings(method="auto")).assessment
+    (found,) = (f for f in told.findings if f.code == "control_against_block")
+    assert found.names == (block.control_points["point_id"][4],)
+    assert found.facts["largest"] == pytest.approx(2.0, abs=0.3)
+    assert told.credible_heights.is_lower_bound
+
+
+def test_of_three_points_none_is_singled_out():
+    """Any of them may be the wrong one; without it two are left, which tell nothing."""
+    block = with_wrong_control(one_flight(1, 3), 0, WRONG)
+    for outliers in ("keep", "snoop"):
+        settings = Settings(method="simultaneous", outliers=outliers)
+        result = densify(block, settings)
+        control = result.solution.adjustment.control
+        assert not control[["is_suspect", "is_set_aside"]].any(axis=None)
+        # how much of the error the two others follow nobody can tell
+        told, stated = result.assessment.credible, result.figures.mean_total
+        assert told.is_lower_bound
+        assert told.value > 2.0 * stated
+
+
 def test_where_it_takes_no_part_it_moves_nothing():
     block = with_wrong_control(one_flight(1, 6), 3, WRONG)
     result = densify(block, Settings(method="simultaneous", outliers="snoop"))

@@ -92,6 +92,12 @@ class SuspectControl:
 
     moved_by_suspect_control = cached_property(moved_by_suspect_control)
 
+    @property
+    def knows_wrong_control(self):
+        """Whether one control point alone contradicts it and takes part."""
+        without = self.adjustment.without_suspects
+        return len(self._suspect_control) == 1 and not without.empty
+
     def is_effect_known(self, pattern):
         """Whether a pattern is of points without which the block was adjusted too."""
         names = set() if pattern is None else set(pattern.point_ids)
