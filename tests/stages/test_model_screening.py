@@ -11,7 +11,6 @@ from einschalt.stages.model_screening import (
     screen_models,
     suspect_rows,
     without_gross_errors,
-    without_models,
 )
 
 NOISE = 0.02
@@ -241,21 +240,3 @@ def test_values_of_gross_errors_go_where_others_remain():
     np.testing.assert_array_equal(left["easting"], [np.nan, 2.0, 3.0, np.nan, 5.0])
     np.testing.assert_array_equal(left["northing"], left["easting"])
     assert without_gross_errors(values, ~np.ones(5, dtype=bool)) is values
-
-
-def test_a_model_that_is_given_up_is_a_failure_and_gives_nothing(
-    transformation, flight
-):
-    lost = pd.DataFrame({"coverage": ["1"], "model_id": ["3/4"]})
-    left = without_models(transformation, lost, "it contradicts", "Look at it")
-    assert left.models["is_usable"].tolist() == [True, True, False]
-    assert left.failures["reason"].tolist() == ["it contradicts"]
-    assert left.failures["remedy"].tolist() == ["Look at it"]
-    assert set(left.residuals["model_id"]) == {"1/2", "2/3"}
-    assert left.parameters.loc["3/4"].isna().all()
-    is_lost = (flight["model_id"] == "3/4").to_numpy()
-    values = left.own_values["easting"].isna().to_numpy()
-    np.testing.assert_array_equal(values, is_lost)
-    assert left.m_0 != transformation.m_0
-    nothing = without_models(transformation, lost.iloc[:0], "", "")
-    assert nothing is transformation

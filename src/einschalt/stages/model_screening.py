@@ -15,8 +15,7 @@ from einschalt.stages.correlated_residuals import (
     tested_beside,
 )
 from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
-from einschalt.stages.results import failures_table
-from einschalt.stages.stage3_model_transformation import STAGE, transformation_of
+from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.adjustment.robust import fit_robustly, snoop
@@ -78,36 +77,6 @@ def screen_models(
     if not is_out.any():
         return screen(tested)
     return _with_rows_of(screen(tested.without(is_out)), tested, is_out)
-
-
-def without_models(transformation, lost, reason, remedy):
-    """Give up models (coverage, model_id) that the others of their flight contradict.
-
-    They are failures then, and give no coordinates.
-    """
-    models = transformation.models
-    is_lost = rows_among(models, lost, KEY[:2]) & models["is_usable"].to_numpy()
-    if not is_lost.any():
-        return transformation
-    residuals = transformation.residuals
-    failed = models.loc[is_lost, KEY[:2]].itertuples(index=False)
-    failed = failures_table((*name, STAGE, reason, remedy) for name in failed)
-    if len(transformation.failures):
-        failed = pd.concat([transformation.failures, failed], ignore_index=True)
-    return replace(
-        transformation,
-        models=models.assign(
-            is_usable=models["is_usable"] & ~is_lost,
-            reason=models["reason"].where(~is_lost, reason),
-        ),
-        parameters=transformation.parameters.mask(
-            np.broadcast_to(is_lost[:, None], transformation.parameters.shape)
-        ),
-        residuals=residuals[~rows_among(residuals, lost, KEY[:2])].reset_index(
-            drop=True
-        ),
-        failures=failed,
-    )
 
 
 def suspect_rows(values, transformation):

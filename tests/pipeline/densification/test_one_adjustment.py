@@ -101,27 +101,6 @@ def test_a_model_that_was_given_up_counts_for_nothing(names_mixed_up, outliers):
     assert held == len(names_mixed_up[1].low_flight.model_points) < whole
 
 
-def test_two_steps_give_up_a_model_that_its_flight_contradicts(names_mixed_up):
-    """It fits whatever names its points have: 40 m were told, and 19 m true."""
-    if names_mixed_up[0].low_flight.transformation == "affine":
-        pytest.skip("the low flight alone refuses less than half of its points")
-    settings = Settings(method="two_step", outliers="snoop")
-    mixed, without = (densify(block, settings) for block in names_mixed_up)
-    assert mixed.failures["remedy"].tolist() == [
-        "Look for exchanged names and gross errors in it, or leave it out"
-    ]
-    assert mixed.assessment.credible.value == pytest.approx(
-        without.assessment.credible.value, rel=1e-6
-    )
-    told = {found.code for found in mixed.assessment.findings}
-    assert told - {found.code for found in without.assessment.findings} == {
-        "failed_models"
-    }
-    np.testing.assert_allclose(
-        *(each.points[["easting", "northing"]] for each in (mixed, without)), atol=1e-6
-    )
-
-
 def test_with_no_model_given_up_both_are_the_same(demo_block):
     solution = result_of(demo_block, "snoop").solution
     assert solution.two_step is solution.all_in_two_steps

@@ -15,14 +15,9 @@ import pandas as pd
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.pipeline.densification.simultaneous import PLANE_KINDS, block_tables
-from einschalt.stages.model_screening import without_models
 from einschalt.stages.simultaneous.adjustment import (
     AdjustmentOptions,
     simultaneous_adjustment,
-)
-from einschalt.stages.simultaneous.failed_models import (
-    LOOK_FOR_ERRORS,
-    MOST_CONTRADICT,
 )
 from einschalt.stages.simultaneous.observations import SPATIAL
 
@@ -33,7 +28,6 @@ COLUMNS = [
     *("w", "p_value"),
 ]
 IN_HEIGHT = "residual_height"
-NO_MODELS = pd.DataFrame(columns=KEY[:2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +38,6 @@ class GrossMeasurements:
     # [, residual_height] (what the model misses the point by) [m], w, p_value
     table: pd.DataFrame
     rows: dict  # of each flight, which of its model points they are
-    # coverage, model_id of models of each flight that the others contradict as a whole
-    models: dict
 
 
 def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
@@ -55,28 +47,18 @@ def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
     none is confirmed, and the only one of a control point. None of a flight that cannot
     be adjusted simultaneously, and none with ``outliers = "keep"``.
     """
-    refused = {name: (no_gross_measurements(), NO_MODELS) for name in flights}
+    found = [no_gross_measurements()]
     if settings.outliers != "keep":
-        refused = {
-            name: _refused(block, name, flight, settings.significance)
+        found = [
+            _refused(block, name, flight, settings.significance)
             for name, flight in flights.items()
-        }
-    table = pd.concat([found for found, _ in refused.values()], ignore_index=True)
+        ]
+    table = pd.concat(found, ignore_index=True)
     rows = {
         name: is_gross(table, name, flight.model_points)
         for name, flight in flights.items()
     }
-    models = {name: lost for name, (_, lost) in refused.items()}
-    return GrossMeasurements(table, rows, models)
-
-
-def without_contradicted(transformation, gross, flight):
-    """The transformation of a flight without models that are contradicted as a whole.
-
-    A model fits whatever names its points have: its own residuals do not tell.
-    """
-    lost = gross.models[flight]
-    return without_models(transformation, lost, MOST_CONTRADICT, LOOK_FOR_ERRORS)
+    return GrossMeasurements(table, rows)
 
 
 def no_gross_measurements():
@@ -93,22 +75,20 @@ def is_gross(table, flight, model_points):
 
 
 def _refused(block, name, flight, significance):
-    """Gross errors of one flight, and models that lose most of their measurements."""
+    """Gross errors of one flight."""
     transformation = block.flights[name].transformation
     kinds = (*PLANE_KINDS, SPATIAL)
     if block.control_points is None or transformation not in kinds:
-        return no_gross_measurements(), NO_MODELS
+        return no_gross_measurements()
     tables = block_tables(block, {name: flight}, {name: transformation})
     options = AdjustmentOptions(outliers="snoop", significance=significance)
     try:
-        adjusted = simultaneous_adjustment(tables, options)
+        residuals = simultaneous_adjustment(tables, options).residuals
     # too little hangs together: two steps ask for less
     except GeometryError:
-        return no_gross_measurements(), NO_MODELS
-    residuals, lost = adjusted.residuals, adjusted.failures
+        return no_gross_measurements()
     is_out = _chosen(residuals, block.control_points, name, significance)
-    found = residuals.loc[is_out, columns_of_gross(residuals)]
-    return found, lost.loc[lost["reason"] == MOST_CONTRADICT, KEY[:2]]
+    return residuals.loc[is_out, columns_of_gross(residuals)]
 
 
 def columns_of_gross(residuals):

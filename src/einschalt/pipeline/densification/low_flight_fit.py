@@ -7,8 +7,6 @@ import pandas as pd
 
 from einschalt.foundations.frame_columns import with_columns
 from einschalt.pipeline.block.given_points import known_of_models
-from einschalt.pipeline.densification.gross_errors import without_contradicted
-from einschalt.pipeline.densification.result_tables import LOW
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
     screen_models,
@@ -42,13 +40,12 @@ class LowFlightFit:
 
 
 def transform_low_flight(
-    block, model_points, ground, precision, settings, *, covariances=None, gross
+    block, model_points, ground, precision, settings, *, covariances=None, is_gross
 ):
     """Transform the low flight onto ground points, check points excepted.
 
-    Nor do GrossMeasurements take part, ``gross``: models that are contradicted as a
-    whole are failures. ``precision`` weighs the tests of residuals, and ``covariances``
-    are those behind them, see
+    Rows that ``is_gross`` marks take no part either; ``precision`` weighs the tests of
+    residuals, and ``covariances`` are those behind them, see
     :func:`~einschalt.stages.model_screening.screen_models`. A GeometryError where not
     one model could be transformed.
     """
@@ -56,8 +53,7 @@ def transform_low_flight(
     fitted = places_fitted_onto(block, ground["point_id"])
     low = transform_models(model_points, ground.iloc[fitted], kind)
     how = (settings.outliers, settings.significance, precision)
-    low = screen_models(low, *how, covariances=covariances, is_gross=gross.rows[LOW])
-    low = without_contradicted(low, gross, LOW)
+    low = screen_models(low, *how, covariances=covariances, is_gross=is_gross)
     if not low.is_usable:
         require_usable(low, "low flight", STAGE, _otherwise(block, model_points, kind))
     return low

@@ -13,10 +13,7 @@ from einschalt.pipeline.densification.coverage_screening import (
     with_suspects,
 )
 from einschalt.pipeline.densification.figures import two_step_figures
-from einschalt.pipeline.densification.gross_errors import (
-    find_gross_measurements,
-    without_contradicted,
-)
+from einschalt.pipeline.densification.gross_errors import find_gross_measurements
 from einschalt.pipeline.densification.iteration import (
     MOVES,
     Iteration,
@@ -203,11 +200,11 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
-    high = _high_flight(block, flights, settings, gross)
+    high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
     own = own_deformation_of(block, settings, flights, approximations)
-    low_flight = _LowFlight(block, flights, high, own, settings, gross)
+    low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)
     model = None if model is None else model.with_means(last.means)
     of_passes = None if model is None else PassErrors(block, model, measured[LOW])
@@ -264,9 +261,9 @@ def _tables(flights, high, last, points, shared_error):
 class _LowFlight:
     """The low flight, to be transformed onto given coordinates, once or again."""
 
-    def __init__(self, block, flights, high, own, settings, gross):
+    def __init__(self, block, flights, high, own, settings, is_gross):
         self.block, self.flights, self.high, self.own = block, flights, high, own
-        self.settings, self.gross = settings, gross
+        self.settings, self.is_gross = settings, is_gross
         self.points = flights[LOW].model_points
         self.precision = residual_test_weights(block, flights, high)
 
@@ -289,26 +286,23 @@ class _LowFlight:
 
     def _transformed(self, ground, covariances=None):
         how = (self.precision, self.settings)
-        which = {"covariances": covariances, "gross": self.gross}
+        which = {"covariances": covariances, "is_gross": self.is_gross}
         return transform_low_flight(self.block, self.points, ground, *how, **which)
 
     def _averaged(self, low, model):
         averaging = averaging_with(self.settings, model, self.block)
         what = self.block, self.points, low, self.settings
-        return average_low_flight(
-            *what, is_gross=self.gross.rows[LOW], averaging=averaging
-        )
+        return average_low_flight(*what, is_gross=self.is_gross, averaging=averaging)
 
 
 def _high_flight(block, flights, settings, gross):
     if block.high_flight is None:
         return None
-    points, is_out = flights[HIGH].model_points, gross.rows[HIGH]
+    points, is_out = flights[HIGH].model_points, gross[HIGH]
     kind = block.high_flight.transformation
     fitted = transform_high_flight(points, block.control_points, kind)
     # five control points cannot spare one: suspects of a model alone are only named
     named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
-    named = without_contradicted(named, gross, HIGH)
     model = None
     if settings.weighting_with(covariances_are_known=True) == RIGOROUS:
         model = model_of_known_high_errors(block, flights[HIGH], named)

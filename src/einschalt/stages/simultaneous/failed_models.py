@@ -11,13 +11,15 @@ MOVES_FREELY = (
     "belongs to"
 )
 LOOK_FOR_ERRORS = "Look for exchanged names and gross errors in it, or leave it out"
-MOST_CONTRADICT = "most of its measurements contradict the rest of the block"
 WITHOUT_NUMBERS = {
     determinacy.LOOSE: (
         MOVES_FREELY,
         "Measure more points that tie it to its neighbours, or give it control points",
     ),
-    determinacy.CONTRADICTED: (MOST_CONTRADICT, LOOK_FOR_ERRORS),
+    determinacy.CONTRADICTED: (
+        "most of its measurements contradict the rest of the block",
+        LOOK_FOR_ERRORS,
+    ),
     determinacy.RESTLESS: ("its position does not converge", LOOK_FOR_ERRORS),
 }
 
