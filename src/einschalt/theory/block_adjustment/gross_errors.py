@@ -37,7 +37,7 @@ NORMS = {"huber": HUBER, "tukey": TUKEY}
 
 
 class ContradictedModelError(ArithmeticError):
-    """The measurements of a model contradict the block, most of them or all.
+    """The measurements of a spatial model contradict the block, most of them or all.
 
     ``model`` of so many models; it has lost the largest share of its measurements.
     """
@@ -95,8 +95,8 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
     good control look wrong as well, so all of it is judged once more in the end.
     ``significance`` is the probability with which a model without gross errors loses a
     point. ``judge(solution, is_out)`` gives the BlockTests of the observations.
-    Raises ContradictedModelError for a model that loses most of its measurements, or
-    for a spatial one that loses its hold: only what was taken out would place it.
+    Raises ContradictedModelError for a spatial model that loses most of its
+    measurements, or its hold: only what was taken out would place it, anywhere.
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
@@ -124,19 +124,18 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
 
 
 def _require_hold(solution, is_out, is_tested):
-    """Refuse a model that has lost most of what others check of it.
+    """Refuse a spatial model that hangs on what was taken out.
 
-    No estimate stands against a majority, and it is the model that is wrong. Of a few
-    points that are left of a plane one each may be wrong as well: they place it without
-    a residual. A spatial one is refused too where it hangs on what was taken out.
+    Or that has lost most of what others check of it: no estimate stands against a
+    majority, and it is the model that is wrong.
     """
     observations = solution.observations
+    if not observations.is_in_space:
+        return
     model, n_models = observations.model, observations.n_models
     n_rows = np.bincount(model[is_tested | is_out], minlength=n_models)
     n_out = np.bincount(model[is_out], minlength=n_models)
-    is_lost = n_out > MOST_LOST * n_rows
-    if observations.is_in_space:
-        is_lost |= loose_models(solution) & (n_out > 0)
+    is_lost = (loose_models(solution) & (n_out > 0)) | (n_out > MOST_LOST * n_rows)
     if is_lost.any():
         share = np.where(is_lost, n_out / np.maximum(n_rows, 1), 0.0)
         raise ContradictedModelError(int(share.argmax()), n_models)

@@ -75,9 +75,12 @@ def displacement_of(examined) -> Displacement:
 
 
 def moved_by_suspect_control(adjusted) -> Displacement:
-    """What control that contradicts an adjustment does to it, where it takes part."""
+    """What one control point that contradicts an adjustment and takes part does to it.
+
+    Of several the measurements of a model may be wrong, and not they.
+    """
     without, points = adjusted.adjustment.without_suspects, adjusted.points
-    if without.empty:
+    if not adjusted.knows_wrong_control:
         return NOTHING
     return _of_new(adjusted, points["point_id"], apart_from(points, without))
 
