@@ -18,6 +18,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
+    Kind,
     find_control_patterns,
     wrong_control,
 )
@@ -143,12 +144,16 @@ class SuspectControl:
 
         Without a high flight heights of single models show them. Where one point
         contradicts the adjustment these lean on it, and say nothing of the adjustment,
-        in which what it does is known.
+        in which what it does is known; unless they have another scale, which is no
+        matter of one point.
         """
         two_step = self.two_step
         if not two_step.is_possible:
             return two_step.control_patterns
-        if two_step.left_out_control is None and len(self._suspect_control) == 1:
+        height = two_step.control_patterns.height
+        is_scale = height is not None and height.kind is Kind.SCALE
+        is_of_one = len(self._suspect_control) == 1 and not is_scale
+        if two_step.left_out_control is None and is_of_one:
             return NO_PATTERNS
         if not self._set_aside:
             return two_step.control_patterns
