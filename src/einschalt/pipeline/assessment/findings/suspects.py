@@ -192,9 +192,7 @@ def control_against_block(adjusted):
     suspects = control[control["is_suspect"]].sort_values("p_value", kind="stable")
     if suspects.empty:
         return None
-    largest = _largest(suspects, "strain")
-    if "strain_height" in suspects:
-        largest = max(largest, float(suspects["strain_height"].abs().max()))
+    largest = float(_lengths(suspects, "strain").max())
     facts = {"n_points": len(suspects), "largest": largest}
     told = {
         "names": suspects["point_id"],
