@@ -331,6 +331,15 @@ def test_fewer_known_points_than_a_model_needs_are_one_problem():
     assert caught.value.expected == "at least 3"
 
 
+def test_approximate_points_are_not_adjusted():
+    """They are no control, whatever ties the models that show few of them."""
+    block = one_flight(seed=1, n_given=6)
+    without = replace(block, control_points=None)
+    remedies = {problem.remedy for problem in without.model_problems}
+    assert remedies
+    assert ONE_ADJUSTMENT not in remedies
+
+
 def test_which_models_neighbours_tie():
     shown = {"a": "pqr", "b": "pqrxyz", "c": "stu"}  # c has no neighbour
     rows = [("1", model, point) for model in shown for point in shown[model]]

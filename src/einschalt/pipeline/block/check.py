@@ -396,7 +396,7 @@ class _Check:
 
         is_lost = counted.is_lacking
         # all models together may have enough control for the simultaneous adjustment
-        if 0 < counted.n_known < least:
+        if 0 < counted.n_known < least and onto.endswith("_points"):
             self.problems += [counted.too_few(onto, self._file(ground))]
             return
         has_enough = onto == "control_points" and counted.n_known >= least

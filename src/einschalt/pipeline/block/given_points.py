@@ -252,8 +252,10 @@ class KnownOfModels:
         ``ground``: from where points are known.
         """
         number, expected = self.number[place], f"at least {self.least} common points"
-        remedy = ONE_ADJUSTMENT if self.is_tied[place] else MORE_POINTS
-        if number == 0 and not self.is_tied[place]:
+        # one adjustment takes no approximate coordinates
+        is_tied = self.is_tied[place] and ground != "approximate_points"
+        remedy = ONE_ADJUSTMENT if is_tied else MORE_POINTS
+        if number == 0 and not is_tied:
             expected, remedy = "common points", NAMES_OF_POINTS
         found = _common_points_text(number, ground.replace("_", " "))
         return {"found": found, "expected": expected, "remedy": remedy}
