@@ -78,8 +78,7 @@ def questions_of(proposal, named):
         said = f", such as {name_some(could, 8)}" if could else ""
         system = f"Reference system of the coordinates{said}"
         text = f"{system}; {EMPTY_FOR_LOCAL}"
-        without = WITHOUT_SYSTEM
-        crs = Question("block", "crs", "--crs", text, None, True, without)
+        crs = Question("block", "crs", "--crs", text, None, True, WITHOUT_SYSTEM)
         questions.append(crs)
     error = "control_points", "standard_error_m"
     has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}

@@ -79,9 +79,9 @@ def moved_by_suspect_control(adjusted) -> Displacement:
 
     Of several the measurements of a model may be wrong, and not they.
     """
-    without, points = adjusted.adjustment.without_suspects, adjusted.points
     if not adjusted.knows_wrong_control:
         return NOTHING
+    without, points = adjusted.adjustment.without_suspects, adjusted.points
     return _of_new(adjusted, points["point_id"], apart_from(points, without))
 
 

@@ -100,9 +100,10 @@ class SuspectControl:
         return len(self._suspect_control) == 1 and not without.empty
 
     def is_effect_known(self, pattern):
-        """Whether a pattern is of points without which the block was adjusted too."""
+        """Whether a pattern is of points that take no part, or whose part is known."""
         names = set() if pattern is None else set(pattern.point_ids)
-        return bool(names) and names <= self._suspect_control
+        known = self._suspect_control if self.knows_wrong_control else self._set_aside
+        return bool(names) and names <= known
 
     @cached_property
     def unexplained_control(self):
