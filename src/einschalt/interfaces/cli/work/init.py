@@ -290,7 +290,7 @@ def _require_answers(proposal, yes):
             expected=options,
             remedy=f"Give {options}, or --yes to take what is suggested"
             if can_be_taken
-            else f"Give {options}",
+            else f"Answer with {options}",
         )
 
 
