@@ -341,7 +341,9 @@ def _common_points_text(number, ground):
     """How many points of a model are known, and from where."""
     if number > 1:
         return f"{number} of its points have coordinates from {ground}"
-    return f"{number or 'none'} of its points has coordinates from {ground}"
+    if number == 0:
+        return f"none of its points has coordinates from {ground}"
+    return f"{number} of its points has coordinates from {ground}"
 
 
 def standard_error_problems(control, file):
