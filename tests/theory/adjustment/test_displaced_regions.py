@@ -193,6 +193,20 @@ def test_of_too_many_regions_none_is_named():
     assert found == ()
 
 
+@pytest.mark.parametrize("seed", [3, 6, 24])
+def test_regions_that_are_all_points_are_none(seed):
+    """Of an axis out of scale; that all are moved alike shows nowhere.
+
+    It ended in a singular matrix.
+    """
+    rng, n = np.random.default_rng(seed), 16
+    places = rng.uniform(0.0, 3000.0, (n, 2))
+    moved = places * [0.3, 0.0] + rng.normal(0.0, 1.0, (n, 2))
+    checks = Checks(moved, n * np.eye(n) - 1.0)
+    found = find_displaced_regions(checks, np.full(n, float(n)), places)
+    assert found.regions == ()
+
+
 LARGE = np.stack(np.meshgrid(*[np.arange(32) * 300.0] * 2), axis=-1).reshape(-1, 2)
 
 

@@ -188,6 +188,8 @@ def _with_further(scan, first):
         if not further:
             break
         found = scan.beside_each_other([*found, further[0]])
+        if _n_others(scan, found) < FEWEST_POINTS:  # all points moved are no region
+            break
         p_values.append(p_value)
         scan.take_out(found)
     return found, p_values, p_value
@@ -195,13 +197,17 @@ def _with_further(scan, first):
 
 def _are_regions(scan, found):
     """Whether regions that were taken out are neither chance nor a smooth pattern."""
-    n_others = len(scan.xy) - sum(len(region.rows) for region in found)
     around = [Around(scan, region) for region in found]
-    return n_others >= FEWEST_POINTS and all(
+    return _n_others(scan, found) >= FEWEST_POINTS and all(
         each.tail() <= SYSTEMATIC_SIGNIFICANCE
         and each.smoothness() > SYSTEMATIC_SIGNIFICANCE
         for each in around
     )
+
+
+def _n_others(scan, found):
+    """Number of points in none of the regions."""
+    return len(scan.xy) - sum(len(region.rows) for region in found)
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,8 @@ def refine(scores, information, shown, known, right, n_in, is_in, was_in, n_chan
     diagonal = np.real(np.diag(information))
     price, certain = 2.0 * np.log(max(len(scores), 2)), 0.0
     for _ in range(len(scores)):
-        square = abs(right) ** 2 / known
+        # of all points nothing is known: that they are moved shows nowhere
+        square = abs(right) ** 2 / known if known > 0.0 else 0.0
         n_all = n_changed + np.count_nonzero(is_in != was_in)
         certain = max(certain, square - price * n_all)
         sign = np.where(is_in, -1.0, 1.0)
