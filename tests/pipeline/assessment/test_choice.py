@@ -245,7 +245,10 @@ def test_where_no_model_has_enough_control_one_adjustment_is_named():
     thin = one_flight(seed=2, n_given=6)
     with pytest.raises(GeometryError, match="Or adjust all models together"):
         densify(thin)
-    assert densify(thin, AUTO).choice.method == "simultaneous"
+    choice = densify(thin, AUTO).choice
+    assert choice.method == "simultaneous"
+    assert "no model of the low flight could be" in choice.obstacle
+    assert "together" not in choice.obstacle  # which was done
     # where both fail, neither is recommended in place of the other
     gross = thin.low_flight.image_points.copy()
     gross[["x", "y"]] = np.random.default_rng(1).permutation(gross[["x", "y"]])

@@ -88,7 +88,10 @@ def solve_the_better_way(
         try:
             examined = examine(solve_in_two_steps(*arguments))
         except GeometryError as error:
-            raise _of_both(failed, error) from error
+            if failed is None:
+                raise
+            # its own remedy may be the two steps
+            raise failed.with_facts(remedy=LOOK_FOR_ERRORS) from error
         only = TWO_STEP, ChoiceReason.ONLY_WAY
         return examined, MethodChoice(*only, examined.credible, None, obstacle)
     beside, adjusted = examined.solution.all_in_two_steps, examined.credible
@@ -103,14 +106,6 @@ def solve_the_better_way(
     if settings.residual_distribution != "none":  # what stands beside is without it
         return examine(solve_in_two_steps(*arguments)), choice
     return two_step, choice
-
-
-def _of_both(failed, error):
-    """The error of one adjustment, which two steps do not help; theirs without one."""
-    if failed is None:
-        return error
-    remedy = f"{LOOK_FOR_ERRORS}. In two steps {error.found}"
-    return failed.with_facts(remedy=remedy)
 
 
 def _obstacle(block, settings):

@@ -6,13 +6,15 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import with_columns
-from einschalt.pipeline.block.given_points import known_of_models
+from einschalt.pipeline.block.given_points import fitted_onto, known_of_models
+from einschalt.pipeline.densification.simultaneous import PLANE_KINDS
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
     screen_models,
     suspect_rows,
     without_gross_errors,
 )
+from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.stages.stage1_approximate_coordinates import require_usable
 from einschalt.stages.stage3_model_transformation import (
     STAGE,
@@ -55,18 +57,23 @@ def transform_low_flight(
     how = (settings.outliers, settings.significance, precision)
     low = screen_models(low, *how, covariances=covariances, is_gross=is_gross)
     if not low.is_usable:
-        require_usable(low, "low flight", STAGE, _otherwise(block, model_points, kind))
+        otherwise = _otherwise(block, model_points, settings)
+        require_usable(low, "low flight", STAGE, otherwise)
     return low
 
 
-def _otherwise(block, model_points, kind):
-    """What else to do where no model has enough given points; empty if nothing."""
-    known = block.control_points
-    if known is None:
+def _otherwise(block, model_points, settings):
+    """What else to do where no model has enough given points; empty if nothing.
+
+    Nothing where one adjustment was asked for, or cannot be made.
+    """
+    control, kind = block.control_points, block.low_flight.transformation
+    is_adjustable = control is not None and kind in (*PLANE_KINDS, SPATIAL)
+    if settings.method != "two_step" or not is_adjustable:
         return ""
-    names = known.loc[known["role"] != "check", "point_id"]
+    known = fitted_onto(control, control)
     least = TRANSFORMATION_KINDS[kind].least_points
-    is_tied = known_of_models(model_points, names, least).is_tied.any()
+    is_tied = known_of_models(model_points, known, least).is_tied.any()
     return TOGETHER if is_tied else ""
 
 
