@@ -156,7 +156,7 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
     }
     for name, oriented in held.items():
         if oriented.model_points.empty:
-            return WithoutTwoSteps(block, NOTHING_HELD[name])
+            return WithoutTwoSteps(block, held, NOTHING_HELD[name])
     return _beside(block, settings, held, lambda *_: None)
 
 
@@ -197,4 +197,4 @@ def _beside(block, settings, flights, report_progress):
     try:
         return solve_in_two_steps(block, plain, flights, report_progress)
     except GeometryError as error:  # the summary says so, and gives the other way
-        return WithoutTwoSteps(block, str(error))
+        return WithoutTwoSteps(block, flights, str(error))

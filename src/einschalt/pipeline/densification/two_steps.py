@@ -160,6 +160,7 @@ class WithoutTwoSteps:
     """A block with too little control for two steps: its tables have no rows."""
 
     block: Block
+    flights: dict[str, RelativeOrientation]  # of each flight, what stage 2 gave
     reason: str  # why the two steps are not possible
 
     is_possible = False

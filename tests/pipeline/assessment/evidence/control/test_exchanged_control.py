@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.photographs_onto_control import one_flight
 
 import einschalt as es
 from einschalt.pipeline.simulation.simulate_block import PRESETS
@@ -114,3 +115,57 @@ def test_other_errors_of_control_are_no_pair(n_wrong, method):
     result = densified(wrong, method)
     assert result.examination.exchanged_control is None
     assert CODE not in {found.code for found in result.assessment.findings}
+
+
+def exchanged_in_both(block, seed):
+    """Two near points that models are fitted onto under each other's name."""
+    control = block.control_points
+    plan = control[PLAN].to_numpy() @ [1.0, 1j]
+    rng = np.random.default_rng(seed)
+    one = int(rng.integers(len(control)))
+    other = int(np.argsort(np.abs(plan - plan[one]))[1])
+    names = control["point_id"].to_numpy(dtype=object, copy=True)
+    names[[one, other]] = names[[other, one]]
+    changed = replace(
+        block,
+        control_points=control.assign(point_id=names),
+        approximate_points=block.approximate_points.assign(point_id=names),
+    )
+    return changed, {str(names[one]), str(names[other])}
+
+
+# so few models show three of four or five control points that two steps are impossible
+FEW = [(1, 4, "simultaneous"), (2, 5, "simultaneous"), (3, 8, "two_step")]
+
+
+@pytest.mark.parametrize(("seed", "n_given", "method"), [*FEW, (3, 8, "simultaneous")])
+def test_pair_of_photographs_that_go_onto_control(seed, n_given, method):
+    good = one_flight(seed, n_given)
+    block, pair = exchanged_in_both(good, seed)
+    result = densified(block, method)
+    assessment = result.assessment
+    assert assessment.findings[0].code == CODE
+    assert set(assessment.findings[0].names) == pair
+    credible = assessment.credible
+    assert credible.value == pytest.approx(true_error(result, block), rel=0.01)
+    assert credible.is_lower_bound
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    off = new["height"] - block.truth.set_index("point_id").loc[new.index, "height"]
+    height = assessment.credible_heights
+    assert height.value == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.01)
+
+
+@pytest.mark.parametrize("n_given", [4, 6])
+@pytest.mark.parametrize("n_wrong", [1, 2])
+def test_other_errors_of_few_points_are_no_pair(n_given, n_wrong):
+    block = one_flight(4, n_given)
+    names = block.control_points["point_id"]
+    shifts = [(210.0, -90.0), (40.0, 300.0)]
+    shifts = dict(zip(names, shifts[:n_wrong], strict=False))
+    wrong = moved(block, shifts)
+    wrong = replace(
+        wrong,
+        approximate_points=wrong.control_points[[*PLAN, "height", "point_id"]],
+    )
+    result = densified(wrong, "simultaneous")
+    assert result.examination.exchanged_control is None

@@ -2,9 +2,8 @@
 
 Each lies where the other is given. One that was fitted draws its models along; so all
 models are adjusted at once in plan, which is linear whatever the models are like, and
-control that contradicts is set aside there: the others tell where it lies. The pair is
-the cause where the block, computed once more with the two put right, misses its control
-by a fifth of what it did.
+every pair is exchanged there. The pair is the cause where the block, computed once more
+with the two put right, misses its control by a fifth of what it did.
 """
 
 from dataclasses import dataclass, replace
@@ -13,16 +12,20 @@ import numpy as np
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     new_points_apart,
 )
 from einschalt.pipeline.densification.simultaneous import ADJUSTED_AS, block_tables
-from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.stages.error_propagation.given_points import (
+    PLAN,
+    approximations_are_control,
+)
 from einschalt.stages.simultaneous.adjustment import determined_part
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import adjust
-from einschalt.theory.block_adjustment.gross_errors import examine_control
+from einschalt.theory.block_adjustment.exchanged_points import pairs_of_given_points
 
 # what control is missed by must become so many times smaller
 LEAST_IMPROVEMENT = 5.0
@@ -50,87 +53,127 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
     None where control is not missed by more than is claimed, and of large blocks.
     """
     # models that were given up may have been so for the pair
-    two_step = examined.all_in_two_steps
-    if not two_step.is_possible or not _is_missed(two_step):
+    flights = examined.all_in_two_steps.solution.flights
+    if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
         return None
-    if sum(map(len, two_step.model_points.values())) > MOST_MEASURED:
+    judged = _judged(examined)
+    if not _is_missed(judged):
         return None
-    for pair, apart in _matching_pairs(two_step):
-        found = _tried(examined, pair, apart)
+    for pair in _pairs(judged, flights):
+        found = _tried(examined, judged, pair)
         if found is not None:
             return found
     return None
 
 
+def _judged(examined):
+    """The two steps, which tell most of control; without them the adjustment."""
+    two_step = examined.all_in_two_steps
+    return two_step if two_step.is_possible else examined
+
+
 def with_names_exchanged(block, pair):
-    """A block whose control has two names exchanged."""
-    control = block.control_points
-    names = control["point_id"].to_numpy(dtype=object, copy=True)
+    """A block whose control has two names exchanged.
+
+    Approximate points as well, where models are fitted onto control.
+    """
+    tables = ["control_points"]
+    if _are_fitted_onto_control(block):
+        tables.append("approximate_points")
+    return replace(block, **{n: _exchanged(getattr(block, n), pair) for n in tables})
+
+
+def _exchanged(points, pair):
+    names = points["point_id"].to_numpy(dtype=object, copy=True)
     one, other = (names == name for name in pair)
     names[one], names[other] = pair[1], pair[0]
-    return replace(block, control_points=control.assign(point_id=names))
+    return points.assign(point_id=names)
 
 
-def _is_missed(two_step):
-    left_out = two_step.control_left_out["is_suspect"].astype(bool)
-    return two_step.known_control.are_beyond or bool(left_out.any())
+def _are_fitted_onto_control(block):
+    """Whether what models of one flight are fitted onto is control."""
+    return block.high_flight is None and approximations_are_control(block)
 
 
-def _matching_pairs(two_step):
-    """Pairs each of which lies where the other is given, and how far apart [m].
+def _is_missed(judged):
+    known = judged.known_control
+    if _are_fitted_onto_control(judged.block):
+        # a model on three points meets a wrong one with errors as large
+        return known.rms > LEAST_IMPROVEMENT * _stated(judged.block, known.point_ids)
+    left_out = judged.control_left_out["is_suspect"].astype(bool)
+    return known.are_beyond or bool(left_out.any())
 
-    A few, the best match first.
-    """
-    block = two_step.block
-    given = block.control_points.drop_duplicates("point_id").set_index("point_id")[PLAN]
-    names, there = _as_others_have_it(two_step)
-    known = given.reindex(names).to_numpy(dtype=float)
-    is_off = np.isfinite(known).all(axis=1) & np.isfinite(there).all(axis=1)
-    names, known, there = names[is_off], known[is_off], there[is_off]
+
+def _stated(block, names):
+    """Standard error of some control points, TOTAL (RMS) [m]; 0 where none is given."""
+    control = block.control_points
+    if "standard_error_m" not in control:
+        return 0.0
+    errors = control.loc[is_among(control["point_id"], names), "standard_error_m"]
+    return float(np.sqrt(np.mean(errors.astype(float) ** 2)))
+
+
+def _pairs(judged, flights):
+    """Pairs of names that may be exchanged, a few, the best first."""
+    block = judged.block
+    if block.high_flight is None and not _are_fitted_onto_control(block):
+        return _pairs_that_match(judged)  # no model is fitted onto control
+    return _pairs_that_adjust(block, flights)
+
+
+def _pairs_that_match(two_step):
+    """Pairs each of which lies where the other is given."""
+    points = two_step.points
+    points = points[points["role"] != "new"]
+    names, there = points["point_id"].to_numpy(dtype=object), values_of(points, PLAN)
+    given = two_step.block.control_points.drop_duplicates("point_id")
+    known = given.set_index("point_id")[PLAN].reindex(names).to_numpy(dtype=float)
+    is_known = np.isfinite(known).all(axis=1) & np.isfinite(there).all(axis=1)
+    names, known, there = names[is_known], known[is_known], there[is_known]
     squares = np.sum((there[:, None] - known) ** 2, axis=2)
     away = np.sqrt((squares + squares.T) / 2.0)  # of both, RMS
     apart = np.hypot(*np.moveaxis(known[:, None] - known, 2, 0))
-    one, other = np.nonzero(np.triu(LEAST_IMPROVEMENT * away < apart, 1))
-    best = np.argsort(away[one, other], kind="stable")[:MOST_PAIRS]
-    return [
-        ((str(names[i]), str(names[j])), float(apart[i, j]))
-        for i, j in zip(one[best], other[best], strict=True)
-    ]
+    return _best(names, away, LEAST_IMPROVEMENT * away < apart)
 
 
-def _as_others_have_it(two_step):
-    """Names of control that may be exchanged, and where all others have it."""
-    block, flights = two_step.block, two_step.solution.flights
-    if block.high_flight is None:  # no model is fitted onto control
-        points = two_step.points
-        control = points[points["role"] != "new"]
-        return control["point_id"].to_numpy(dtype=object), values_of(control, PLAN)
+def _pairs_that_adjust(block, flights):
+    """Pairs that leave least of what an adjustment misses its control by."""
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
     try:
         tables = block_tables(block, flights, kinds)
         part, _ = determined_part(tables)
     except EinschaltError:  # control does not hold all models at once
-        return np.empty(0, dtype=object), np.empty((0, 2))
+        return []
     observations = part.observations
     if observations.is_in_space:
         observations = observations.in_plan(is_affine=True)
-    verdict = examine_control(adjust(observations), FINDING_SIGNIFICANCE)
-    is_out = verdict.is_suspect
-    return tables.point_id[part.points[is_out]], verdict.without.points[is_out, :2]
+    pairs = pairs_of_given_points(adjust(observations))
+    is_better = LEAST_IMPROVEMENT**2 * pairs.left < 1.0
+    is_better &= pairs.chance() <= FINDING_SIGNIFICANCE
+    return _best(tables.point_id[part.points[pairs.places]], pairs.left, is_better)
 
 
-def _tried(examined, pair, apart):
+def _best(names, score, is_pair):
+    """Pairs of names with the least scores."""
+    one, other = np.nonzero(np.triu(is_pair, 1))
+    best = np.argsort(score[one, other], kind="stable")[:MOST_PAIRS]
+    return [(str(names[one[k]]), str(names[other[k]])) for k in best]
+
+
+def _tried(examined, judged, pair):
     """The pair, if the block with both put right misses its control by far less."""
-    before = examined.all_in_two_steps.known_control.rms
+    before = judged.known_control.rms
     try:
         again = examined.computed_again(with_names_exchanged(examined.block, pair))
     except EinschaltError:  # nothing is gained
         return None
-    if not again.all_in_two_steps.is_possible:
+    corrected = _judged(again)
+    after = corrected.known_control.rms
+    if type(corrected) is not type(judged) or not LEAST_IMPROVEMENT * after < before:
         return None
-    after = again.all_in_two_steps.known_control.rms
-    if not LEAST_IMPROVEMENT * after < before:
-        return None
+    given = examined.block.control_points.drop_duplicates("point_id")
+    given = given.set_index("point_id").loc[list(pair), PLAN].to_numpy(dtype=float)
     moved = new_points_apart(examined, again.points)
+    apart = float(np.hypot(*(given[1] - given[0])))
     return ExchangedControl(pair, apart, before, after, again, moved)
