@@ -195,6 +195,7 @@ FACTS = Part(
             "",
             "whether the control points in the region are displaced as well",
         ),
+        "is_scattered": ("", "whether the points of the region lie among the others"),
         "wrong_points": (
             "",
             (
@@ -401,6 +402,7 @@ FACTS = Part(
             "west": "in the west",
             "north_west": "in the north-west",
             "middle": "in the middle",
+            "scattered": "scattered among the others",
         },
         "belief": {
             "check_points_simultaneous": (

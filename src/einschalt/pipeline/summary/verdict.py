@@ -91,6 +91,7 @@ CONTROL_IN = mark_each(
         "west": "check the control points in the west first",
         "north_west": "check the control points in the north-west first",
         "middle": "check the control points in the middle first",
+        "scattered": "check the displaced control points first",
     }
 )
 # what is told first, also beside a figure that it does not touch

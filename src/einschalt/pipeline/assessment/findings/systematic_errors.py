@@ -231,7 +231,7 @@ def displaced_region(examined):
         facts={
             **first,
             "given": "control_points" if is_of_control else "approximate_points",
-            "where": _side(regions[0].direction),
+            "where": _place(regions[0]),
             "part_is_told": is_told,
             "further_regions": tuple(others),
             "moved": examined.moved_at_once,
@@ -278,6 +278,11 @@ def _told_point(point):
     }
 
 
+def _place(region):
+    """Where a region lies: a word."""
+    return "scattered" if region.is_scattered else _side(region.direction)
+
+
 def _side(direction):
     """In which part of all points a region lies: a word."""
     if np.hypot(*direction) < LEAST_WAY:
@@ -303,6 +308,7 @@ def _told_region(region):
         "n_control": len(region.control_ids),
         "control": region.control_ids[:MOST_NAMED],
         "control_is_alike": region.control_is_alike,
+        "is_scattered": region.is_scattered,
     }
 
 

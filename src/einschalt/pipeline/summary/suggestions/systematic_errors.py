@@ -115,6 +115,17 @@ REGION_OF_CONTROL = mark(
     "{extent:length} across, about easting {middle_east}, northing {middle_north}. It "
     "moves the new points by {moved:length} (RMS)"
 )
+SCATTERED_CONTROL = mark(
+    "{n_points} of {n_given:count control point}, which lie among the others, are "
+    "displaced together against these, by easting {easting:length}, northing "
+    "{northing:length} (standard error of each {standard_error:length}): "
+    "{points:names of n_points}. That moves the new points by {moved:length} (RMS)"
+)
+OF_SCATTERED_CONTROL = mark(
+    "{n_points} of {n_given:count control point}, which lie among the others, by "
+    "easting {easting:length}, northing {northing:length} (standard error of each "
+    "{standard_error:length}): {points:names of n_points}."
+)
 OF_REGIONS_OF_CONTROL = mark(
     "{n_points} of {n_given:count control point}, by easting {easting:length}, "
     "northing {northing:length} (standard error of each {standard_error:length}): "
@@ -140,9 +151,12 @@ CONTROL_ALIKE = mark(
 CONTROL_APART = mark(
     "Control in the region is not displaced: {control:names of n_control}."
 )
+# by what is displaced, and whether it lies among the others: of one, of several
 WORDS_OF_REGION = {
-    "approximate_points": (REGION, OF_REGIONS),
-    "control_points": (REGION_OF_CONTROL, OF_REGIONS_OF_CONTROL),
+    ("approximate_points", False): (REGION, OF_REGIONS),
+    ("approximate_points", True): (REGION, OF_REGIONS),
+    ("control_points", False): (REGION_OF_CONTROL, OF_REGIONS_OF_CONTROL),
+    ("control_points", True): (SCATTERED_CONTROL, OF_SCATTERED_CONTROL),
 }
 AFFINITY = mark(
     "in the {flight} x is longer than y by {stretch}, with a shear of {shear}; effect "
@@ -244,17 +258,16 @@ def displaced_region(finding):
     """Which points, how far off and where; and whether control is off with them."""
     facts = finding.facts
     further = facts.get("further_regions", ())
-    of_one, of_several = WORDS_OF_REGION[facts.get("given", "approximate_points")]
     if further:
         parts = [facts, *further]
         message = filled(REGIONS, finding, n_regions=str(len(parts)))
         details = [
             line
             for part in parts
-            for line in (_place(of_several, finding, part), *_control(finding, part))
+            for line in (_place(1, finding, part), *_control(finding, part))
         ]
     else:
-        message, details = _place(of_one, finding, facts), _control(finding, facts)
+        message, details = _place(0, finding, facts), _control(finding, facts)
     return Suggestion(
         message,
         translated(REMEDIES[finding.remedy]),
@@ -262,8 +275,10 @@ def displaced_region(finding):
     )
 
 
-def _place(words, finding, part):
+def _place(of_several, finding, part):
     """A sentence on one region."""
+    given = finding.facts.get("given", "approximate_points")
+    words = WORDS_OF_REGION[given, part.get("is_scattered", False)][of_several]
     places = {
         "middle_east": fixed(part["middle_easting"], 0),
         "middle_north": fixed(part["middle_northing"], 0),

@@ -75,6 +75,31 @@ def test_a_quarter_is_named_first(transformation):
     assert set(first.facts["control"]) == checks
 
 
+@pytest.mark.parametrize("transformation", ["affine", "helmert_3d"])
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_points_of_another_list_among_the_others_are_named(transformation, method):
+    """Two lists of another system in one table: no line and no region parts them."""
+    block = simulated(transformation=transformation)
+    names = block.control_points.loc[block.control_points["role"] == "control"]
+    names = set(names["point_id"].sample(frac=0.3, random_state=4))
+
+    def of_the_other_list(points):
+        return points["point_id"].isin(names)
+
+    mixed, names, _ = displaced(block, of_the_other_list)
+    result = densify(mixed, Settings(method=method))
+    told, (first, *_) = result.assessment, result.assessment.findings
+    assert first.code == "displaced_region"
+    assert set(first.names) == names
+    assert first.facts["is_scattered"]
+    shift = [first.facts[axis] for axis in PLAN]
+    assert shift == pytest.approx(SHIFT, abs=4.0 * first.facts["standard_error"])
+    assert told.credible.value == pytest.approx(rms(result, block.truth), rel=0.1)
+    summary = result.summary()
+    assert "; check the displaced control points first" in summary.splitlines()[0]
+    assert "which lie among the others" in " ".join(summary.split())
+
+
 def test_of_two_corners_the_headline_says_how_many():
     def north_east(points):
         return (points[PLAN] > points[PLAN].quantile(0.6)).all(axis=1)

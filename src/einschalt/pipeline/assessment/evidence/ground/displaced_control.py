@@ -31,8 +31,10 @@ from einschalt.pipeline.assessment.evidence.ground.given_region import (
 from einschalt.pipeline.assessment.known_points import given_errors
 from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.adjustment.displaced_group import find_displaced_group
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 
 # of shifts of two regions: what is as near is one region
@@ -84,11 +86,9 @@ def scan_control(two_step):
     if not (errors > 0.0).all():
         return ()
     xy = values_of(control, PLAN)
-    scan = find_displaced_regions(checks, errors**-2.0, xy - xy.mean(axis=0))
-    found = scan.regions if scan.enlargement < MOST_ENLARGED else ()
-    if not found or not exceeds_stated(found, errors * scan.enlargement):
+    found = _regions(checks, errors, xy - xy.mean(axis=0))
+    if not found:
         return ()
-    found = _smaller_part(_merged(found), len(control))
 
     def beside(region):
         """Check points; of two steps, which hold control."""
@@ -103,6 +103,23 @@ def scan_control(two_step):
         )
         for region in found
     )
+
+
+def _regions(checks, errors, xy):
+    """Parts of the control: regions, or a group of points that lie anywhere."""
+    scan = find_displaced_regions(checks, errors**-2.0, xy)
+    found = scan.regions if scan.enlargement < MOST_ENLARGED else ()
+    if not found or not exceeds_stated(found, errors * scan.enlargement):
+        found = ()
+    found = _smaller_part(_merged(found), len(xy))
+    if len(found) > 1 or len(xy) > MOST_CONTROL:
+        return found
+    rows = [row for region in found for row in region.rows]
+    among = checks.scores, checks.information, xy
+    group = find_displaced_group(*among, FINDING_SIGNIFICANCE, rows)
+    if group is None or not exceeds_stated((group,), errors):
+        return found
+    return [group]
 
 
 def _known_of_control(two_step):

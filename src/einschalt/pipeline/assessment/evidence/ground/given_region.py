@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from enum import Enum, auto
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.error_propagation.given_points import PLAN
@@ -49,6 +50,8 @@ class GivenRegion:
     direction: tuple[float, float] = (0.0, 0.0)
     is_of_control: bool = False  # whether it is control, and no approximate points
     is_decided: bool = False  # whether known points tell that it is off, or the others
+    # whether its points lie among the others: nearest to most of them is none of it
+    is_scattered: bool = False
 
     @property
     def size(self):
@@ -203,6 +206,7 @@ def _described(known, found):
     extent = np.maximum(np.ptp(everything, axis=0).max(), np.finfo(float).tiny)
     of_all = lowest + np.ptp(everything, axis=0) / 2.0
     order = np.argsort(np.sum((xy - middle) ** 2, axis=1), kind="stable")
+    nearest = cKDTree(everything).query(xy, 2)[1][:, 1]
     return {
         "point_ids": tuple(inside["point_id"].iloc[order].astype(str)),
         "n_given": len(known),
@@ -212,4 +216,5 @@ def _described(known, found):
         "shift": tuple(map(float, found.shift)),
         "standard_error": float(found.standard_error),
         "p_value": float(found.p_value),
+        "is_scattered": bool(2 * np.isin(nearest, found.rows).sum() < len(xy)),
     }
