@@ -13,6 +13,9 @@ from einschalt.pipeline.assessment.choice import (
     TWO_STEP,
     solve_the_better_way,
 )
+from einschalt.pipeline.assessment.evidence.control.exchanged_control import (
+    with_control_exchanged,
+)
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     with_exchanged_names,
 )
@@ -90,26 +93,37 @@ def densify(
         flights = orient_flights(block, settings)
         block = with_errors_as_shown(block, settings.outliers)
         asked = block, settings, flights, report_progress
-        if settings.method == AUTO:
-            examined, choice = solve_the_better_way(*asked)
-            found = {"examined": examined, "choice": choice}
-            solution = examined.solution
-        else:
-            solution, found = _solved(*asked), {}
+        try:
+            solution, found = _solved(*asked)
+        except GeometryError as error:
+            named = _with_cause(error, block, settings, flights)
+            if named is error:  # an error that is its own cause has no end
+                raise
+            raise named from error
         report_progress(Stage.DONE)
     found["compares_methods"] = compares_methods
     return kind(solution, stopwatch, **found)
 
 
 def _solved(block, settings, flights, report_progress):
-    """The solution of one method; what spoils its photographs is named if it fails."""
-    try:
-        return SOLVERS[settings.method](block, settings, flights, report_progress)
-    except GeometryError as error:
-        named = with_exchanged_names(error, block, flights)
-        if named is error:  # an error that is its own cause has no end
-            raise
-        raise named from error
+    """The solution by the method that was asked for, and what it has been chosen by."""
+    asked = block, settings, flights, report_progress
+    if settings.method != AUTO:
+        return SOLVERS[settings.method](*asked), {}
+    examined, choice = solve_the_better_way(*asked)
+    return examined.solution, {"examined": examined, "choice": choice}
+
+
+def _with_cause(error, block, settings, flights):
+    """The error with exchanged names as its cause, if some are found; else the same."""
+    named = with_exchanged_names(error, block, flights)
+    if named is not error:
+        return named
+
+    def solve(corrected):
+        _solved(corrected, settings, flights, lambda *_: None)
+
+    return with_control_exchanged(error, block, flights, solve)
 
 
 def _require_possible(block, settings):

@@ -7,6 +7,7 @@ import pytest
 from tests.photographs_onto_control import one_flight
 
 import einschalt as es
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 from einschalt.pipeline.summary.verdict import verdict
@@ -121,9 +122,9 @@ def exchanged_in_both(block, seed):
     """Two near points that models are fitted onto under each other's name."""
     control = block.control_points
     plan = control[PLAN].to_numpy() @ [1.0, 1j]
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed + 1000)
     one = int(rng.integers(len(control)))
-    other = int(np.argsort(np.abs(plan - plan[one]))[1])
+    other = int(np.argsort(np.abs(plan - plan[one]))[1 + rng.integers(2)])
     names = control["point_id"].to_numpy(dtype=object, copy=True)
     names[[one, other]] = names[[other, one]]
     changed = replace(
@@ -153,6 +154,35 @@ def test_pair_of_photographs_that_go_onto_control(seed, n_given, method):
     off = new["height"] - block.truth.set_index("point_id").loc[new.index, "height"]
     height = assessment.credible_heights
     assert height.value == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.01)
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_pair_that_two_steps_do_not_have(outliers):
+    """No model that shows three control points holds one of the pair."""
+    block, pair = exchanged_in_both(one_flight(12, 7), 12)
+    result = es.densify(block, es.Settings(method="simultaneous", outliers=outliers))
+    assert result.solution.two_step.points["difference_easting"].abs().max() < 1.0
+    assert set(result.assessment.findings[0].names) == pair
+    assert result.assessment.credible.value == pytest.approx(
+        true_error(result, block), rel=0.1
+    )
+
+
+@pytest.mark.parametrize("method", ["simultaneous", "auto"])
+def test_pair_is_the_remedy_where_nothing_converges(method):
+    block, pair = exchanged_in_both(one_flight(12, 4), 12)
+    with pytest.raises(GeometryError) as caught:
+        es.densify(block, es.Settings(method=method, outliers="snoop"))
+    one, other = sorted(pair)
+    assert f"names of control points {one} and {other}" in caught.value.remedy
+    assert "does not converge" in str(caught.value)
+
+
+def test_too_little_control_is_no_matter_of_names():
+    block, _ = exchanged_in_both(one_flight(12, 4), 12)
+    with pytest.raises(GeometryError) as caught:
+        es.densify(block, es.Settings(method="two_step"))
+    assert "names of control points" not in caught.value.remedy
 
 
 @pytest.mark.parametrize("n_given", [4, 6])

@@ -12,11 +12,11 @@ import numpy as np
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     new_points_apart,
 )
+from einschalt.pipeline.assessment.known_points import DIFFERENCES
 from einschalt.pipeline.densification.simultaneous import ADJUSTED_AS, block_tables
 from einschalt.stages.error_propagation.given_points import (
     PLAN,
@@ -56,8 +56,8 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
     flights = examined.all_in_two_steps.solution.flights
     if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
         return None
-    judged = _judged(examined)
-    if not _is_missed(judged):
+    judged = next((each for each in _both(examined) if _is_missed(each)), None)
+    if judged is None:
         return None
     for pair in _pairs(judged, flights):
         found = _tried(examined, judged, pair)
@@ -66,10 +66,37 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
     return None
 
 
-def _judged(examined):
-    """The two steps, which tell most of control; without them the adjustment."""
+def with_control_exchanged(error, block, flights, solve):
+    """The same error, naming two control points as its cause where there are any.
+
+    Two that ``solve(block)`` does not fail with under each other's name.
+    """
+    if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
+        return error
+    if block.control_points is None or not _control_is_fitted(block):
+        return error
+    for pair in _pairs_that_adjust(block, flights):
+        try:
+            solve(with_names_exchanged(block, pair))
+        except EinschaltError:
+            continue
+        return error.with_facts(
+            remedy=f"Exchange the names of control points {pair[0]} and {pair[1]}: "
+            "each lies where the other one is given"
+        )
+    return error
+
+
+def _both(examined):
+    """What may tell that control is missed: two steps, and the adjustment.
+
+    A pair may lie in models that two steps do not have.
+    """
     two_step = examined.all_in_two_steps
-    return two_step if two_step.is_possible else examined
+    found = [two_step] if two_step.is_possible else []
+    if not found or _are_fitted_onto_control(examined.block):
+        found.append(examined)
+    return found
 
 
 def with_names_exchanged(block, pair):
@@ -90,35 +117,45 @@ def _exchanged(points, pair):
     return points.assign(point_id=names)
 
 
+def _control_is_fitted(block):
+    """Whether models are fitted onto control, and drawn along by a wrong one."""
+    return block.high_flight is not None or _are_fitted_onto_control(block)
+
+
 def _are_fitted_onto_control(block):
     """Whether what models of one flight are fitted onto is control."""
     return block.high_flight is None and approximations_are_control(block)
 
 
 def _is_missed(judged):
-    known = judged.known_control
     if _are_fitted_onto_control(judged.block):
         # a model on three points meets a wrong one with errors as large
-        return known.rms > LEAST_IMPROVEMENT * _stated(judged.block, known.point_ids)
+        return _rms(judged) > LEAST_IMPROVEMENT * _stated(judged.block)
     left_out = judged.control_left_out["is_suspect"].astype(bool)
-    return known.are_beyond or bool(left_out.any())
+    return judged.known_control.are_beyond or bool(left_out.any())
 
 
-def _stated(block, names):
-    """Standard error of some control points, TOTAL (RMS) [m]; 0 where none is given."""
+def _rms(judged):
+    """What control is missed by, set aside or not, TOTAL (RMS) [m]."""
+    points = judged.points
+    differences = values_of(points[points["role"] == "control"], DIFFERENCES)
+    return float(np.sqrt(np.nanmean(np.sum(differences**2, axis=1))))
+
+
+def _stated(block):
+    """Standard error of control points, TOTAL (RMS) [m]; 0 where none is given."""
     control = block.control_points
     if "standard_error_m" not in control:
         return 0.0
-    errors = control.loc[is_among(control["point_id"], names), "standard_error_m"]
+    errors = control.loc[control["role"] == "control", "standard_error_m"]
     return float(np.sqrt(np.mean(errors.astype(float) ** 2)))
 
 
 def _pairs(judged, flights):
     """Pairs of names that may be exchanged, a few, the best first."""
-    block = judged.block
-    if block.high_flight is None and not _are_fitted_onto_control(block):
-        return _pairs_that_match(judged)  # no model is fitted onto control
-    return _pairs_that_adjust(block, flights)
+    if _control_is_fitted(judged.block):
+        return _pairs_that_adjust(judged.block, flights)
+    return _pairs_that_match(judged)
 
 
 def _pairs_that_match(two_step):
@@ -163,14 +200,17 @@ def _best(names, score, is_pair):
 
 def _tried(examined, judged, pair):
     """The pair, if the block with both put right misses its control by far less."""
-    before = judged.known_control.rms
+    before = _rms(judged)
     try:
         again = examined.computed_again(with_names_exchanged(examined.block, pair))
     except EinschaltError:  # nothing is gained
         return None
-    corrected = _judged(again)
-    after = corrected.known_control.rms
-    if type(corrected) is not type(judged) or not LEAST_IMPROVEMENT * after < before:
+    is_of_two_steps = judged is examined.all_in_two_steps
+    corrected = again.all_in_two_steps if is_of_two_steps else again
+    if is_of_two_steps and not corrected.is_possible:
+        return None
+    after = _rms(corrected)
+    if not LEAST_IMPROVEMENT * after < before:
         return None
     given = examined.block.control_points.drop_duplicates("point_id")
     given = given.set_index("point_id").loc[list(pair), PLAN].to_numpy(dtype=float)
