@@ -231,7 +231,11 @@ def test_models_with_too_little_control_are_adjusted_together(thin_block):
     assert better.n_simultaneous == 94
     told = f"gives 94 new points: {length(better.simultaneous.value)} (--method simul"
     assert told in " ".join(result.summary().split())
+    # each of the models that failed says so as well, unless that was done
+    remedies = result.failures["remedy"]
+    assert remedies.str.contains("or adjust all models together").all()
     auto = densify(thin_block, AUTO)
+    assert not auto.failures["remedy"].str.contains("together").any()
     assert (auto.choice.method, auto.choice.reason) == (better.method, better.reason)
     # here all models were bent as the map before, there those alone that are used
     assert auto.choice.two_step.value == pytest.approx(better.two_step.value, rel=1e-3)

@@ -6,7 +6,13 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import with_columns
-from einschalt.pipeline.block.given_points import fitted_onto, known_of_models
+from einschalt.foundations.key_columns import rows_among
+from einschalt.pipeline.block.given_points import (
+    MORE_POINTS,
+    ONE_ADJUSTMENT,
+    fitted_onto,
+    known_of_models,
+)
 from einschalt.pipeline.densification.simultaneous import PLANE_KINDS
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
@@ -29,6 +35,7 @@ from einschalt.stages.stage5_double_coverage import (
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
+MODEL = ["coverage", "model_id"]
 TOGETHER = 'Or adjust all models together: method = "auto"'
 
 
@@ -56,25 +63,30 @@ def transform_low_flight(
     low = transform_models(model_points, ground.iloc[fitted], kind)
     how = (settings.outliers, settings.significance, precision)
     low = screen_models(low, *how, covariances=covariances, is_gross=is_gross)
+    tied = _tied_models(block, model_points, settings, low.failures)
     if not low.is_usable:
-        otherwise = _otherwise(block, model_points, settings)
+        otherwise = TOGETHER if len(tied) else ""
         require_usable(low, "low flight", STAGE, otherwise)
-    return low
+    is_tied = rows_among(low.failures, tied, MODEL)
+    is_tied &= (low.failures["remedy"] == MORE_POINTS).to_numpy()
+    if not is_tied.any():
+        return low
+    remedy = low.failures["remedy"].mask(is_tied, ONE_ADJUSTMENT)
+    return replace(low, failures=low.failures.assign(remedy=remedy))
 
 
-def _otherwise(block, model_points, settings):
-    """What else to do where no model has enough given points; empty if nothing.
+def _tied_models(block, model_points, settings, failures):
+    """Models that have too few given points, and that one adjustment can place.
 
-    Nothing where one adjustment was asked for, or cannot be made.
+    DataFrame of coverage, model_id. None where it was asked for, or cannot be made.
     """
     control, kind = block.control_points, block.low_flight.transformation
     is_adjustable = control is not None and kind in (*PLANE_KINDS, SPATIAL)
-    if settings.method != "two_step" or not is_adjustable:
-        return ""
-    known = fitted_onto(control, control)
+    if failures.empty or settings.method != "two_step" or not is_adjustable:
+        return model_points.loc[:, MODEL].iloc[:0]
     least = TRANSFORMATION_KINDS[kind].least_points
-    is_tied = known_of_models(model_points, known, least).is_tied.any()
-    return TOGETHER if is_tied else ""
+    known = known_of_models(model_points, fitted_onto(control, control), least)
+    return model_points.loc[known.is_lacking & known.is_tied, MODEL]
 
 
 def average_low_flight(
