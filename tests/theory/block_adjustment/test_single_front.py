@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.theory.block_adjustment.test_spatial_solution import a_block
 
 from einschalt.foundations.sparse_cholesky.elimination_pattern import (
     block_pattern,
@@ -14,6 +15,7 @@ from einschalt.foundations.sparse_cholesky.nested_dissection import at_once, dis
 from einschalt.theory.block_adjustment import solver
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.model_graph import Neighbours
+from einschalt.theory.block_adjustment.spatial_solution import adjust_spatially
 
 ROUNDING = 1e-10
 
@@ -81,6 +83,25 @@ def test_a_block_that_own_deformations_make_large_is_parted(
     for name, values in numbers(at_once).items():
         size = np.abs(values).max()
         assert np.abs(numbers(by_fronts)[name] - values).max() <= ROUNDING * size, name
+
+
+def test_spatial_models_that_own_deformations_make_many_are_parted(monkeypatch):
+    plain = adjust_spatially(a_block(n_points=240)[0])
+    x, y = (plain.observations.xyz / np.abs(plain.observations.xyz).max()).T[:2]
+    bent = np.zeros((len(x), 3, 4))
+    bent[:, 0, :2] = bent[:, 1, 2:] = 0.05 * np.stack([x * x, x * y], axis=1)
+    observations = replace(plain.observations, bent=bent)
+    at_once = plain.readjusted(observations)
+    assert at_once.ordering is plain.ordering
+    monkeypatch.setattr(solver, "MOST_AT_ONCE", 9 * 7)
+    by_fronts = plain.readjusted(observations)
+    assert by_fronts.ordering is not plain.ordering
+    assert by_fronts.readjusted(observations).ordering is by_fronts.ordering
+    assert plain.readjusted(plain.observations).ordering is plain.ordering
+    for name in ("points", "residuals", "bent", "unknown_cofactors", "log_determinant"):
+        expected, found = getattr(at_once, name), getattr(by_fronts, name)
+        size = np.abs(expected).max()
+        assert np.abs(found - expected).max() <= ROUNDING * size, name
 
 
 def free_chains(dtype):

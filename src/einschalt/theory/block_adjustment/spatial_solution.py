@@ -83,7 +83,10 @@ class SpatialSolution(AdjustedBlock):
         A rough solution is for sums over the block.
         """
         settled = ROUGHLY if is_rough else SETTLED
-        return _Task(observations, self.ordering).solve(self.placement, settled)
+        ordering = self.ordering
+        if ordering.has_outgrown(_n_solved(observations)):
+            ordering = _ordered(observations, self.placement)
+        return _Task(observations, ordering).solve(self.placement, settled)
 
     @property
     def linear(self):
@@ -147,15 +150,24 @@ def adjust_spatially(observations, start=None, *, is_rough=False) -> SpatialSolu
     Without a ``start`` the models must stand upright but for some degrees. A rough
     solution is for sums over the block. Raises NoConvergenceError.
     """
-    plan = observations.in_plan(is_affine=True)
-    incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)
     if start is None:
         start = place_models(observations)
-    chained = plan.xy - start.centroid[plan.model][:, :2]
-    bent = observations.bent
-    n_solved = N_UNKNOWNS + (0 if bent is None else bent.shape[2])
-    task = _Task(observations, order_block(incidence, chained, n_solved))
+    task = _Task(observations, _ordered(observations, start))
     return task.solve(start, ROUGHLY if is_rough else SETTLED)
+
+
+def _ordered(observations, start):
+    """Order of elimination of the models, by where their points lie."""
+    plan = observations.in_plan(is_affine=True)
+    incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)
+    chained = plan.xy - start.centroid[plan.model][:, :2]
+    return order_block(incidence, chained, _n_solved(observations))
+
+
+def _n_solved(observations):
+    """Unknowns of a model that are solved together."""
+    bent = observations.bent
+    return N_UNKNOWNS + (0 if bent is None else bent.shape[2])
 
 
 def adjust_models(observations, terms=(), *, is_rough=False):
