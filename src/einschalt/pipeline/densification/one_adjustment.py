@@ -76,14 +76,14 @@ def orient_flights(block, settings):
 
 
 def solve_in_one_adjustment(
-    block, settings, flights, report_progress
+    block, settings, flights, report_progress, before=None
 ) -> SimultaneousSolution:
     """Densify a block in one adjustment of all models and the control.
 
-    ``flights`` after stage 2. A GeometryError where nothing of the block can be
-    determined.
+    ``flights`` after stage 2; ``before`` are two steps of it with other settings, if
+    there are any. A GeometryError where nothing of the block can be determined.
     """
-    in_two_steps = _beside(block, settings, flights, report_progress)
+    in_two_steps = _beside(block, settings, flights, report_progress, before)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
     return adjust_beside(in_two_steps, block, settings, flights)
 
@@ -152,12 +152,14 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
         lost = pd.concat([lost, _lost_without_gross_errors(block, settings, flights)])
     held = {
         name: oriented.without_models(lost[lost["flight"] == name])
+        if (lost["flight"] == name).any()
+        else oriented
         for name, oriented in flights.items()
     }
     for name, oriented in held.items():
         if oriented.model_points.empty:
             return WithoutTwoSteps(block, held, NOTHING_HELD[name])
-    return _beside(block, settings, held, lambda *_: None)
+    return _beside(block, settings, held, lambda *_: None, in_two_steps)
 
 
 def _lost_without_gross_errors(block, settings, flights):
@@ -190,11 +192,11 @@ def _oriented_without_gross_errors(block, settings, flights):
     return {name: anew[name] if has_images[name] else flights[name] for name in flights}
 
 
-def _beside(block, settings, flights, report_progress):
+def _beside(block, settings, flights, report_progress, before=None):
     """The two steps, whose points stand beside the adjusted ones."""
     # what is distributed in the end are the residuals of the adjustment
     plain = settings.model_copy(update={"residual_distribution": "none"})
     try:
-        return solve_in_two_steps(block, plain, flights, report_progress)
+        return solve_in_two_steps(block, plain, flights, report_progress, before)
     except GeometryError as error:  # the summary says so, and gives the other way
         return WithoutTwoSteps(block, flights, str(error))

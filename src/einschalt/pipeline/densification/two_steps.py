@@ -66,9 +66,11 @@ from einschalt.stages.stage4_error_propagation import (
 from einschalt.stages.stage5_double_coverage import CoverageMean
 from einschalt.stages.value_weights import RIGOROUS
 from einschalt.theory.block_adjustment.own_deformation import OwnDeformation
+from einschalt.theory.block_adjustment.own_deformation_size import MOST_MODELS
 
 PLANE_POINT = ["point_id", "easting", "northing"]
-VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
+MODEL = ["coverage", "model_id"]
+VALUE_COLUMNS = [*MODEL, *PLANE_POINT]
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -192,11 +194,13 @@ def no_moves():
     return pd.DataFrame(columns=MOVES)
 
 
-def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolution:
+def solve_in_two_steps(
+    block, settings, flights, report_progress, before=None
+) -> TwoStepSolution:
     """Densify a block in two steps.
 
-    ``flights`` after stage 2. A GeometryError where not one model of a flight could be
-    used.
+    ``flights`` after stage 2; ``before`` is a solution of it with other settings, if
+    there is one. A GeometryError where not one model of a flight could be used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
@@ -204,7 +208,10 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    own = own_deformation_of(block, settings, flights, approximations)
+    if before and before.is_possible and _bends_alike(before, block, settings, flights):
+        own = before.own_deformation
+    else:
+        own = own_deformation_of(block, settings, flights, approximations)
     low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)
     model = None if model is None else model.with_means(last.means)
@@ -235,6 +242,25 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
         own_deformation=own,
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
+    )
+
+
+def _bends_alike(before, block, settings, flights):
+    """Whether a solution has estimated what models are bent by from the same.
+
+    What is done to gross errors does not matter, but for the points by which some of
+    the models of a large block are chosen.
+    """
+    models = (tables.with_coverage(o.model_points)[MODEL] for o in flights.values())
+    n_models = sum(len(rows.drop_duplicates()) for rows in models)
+    is_same = (before.flights[name] is oriented for name, oriented in flights.items())
+    return (
+        n_models <= MOST_MODELS
+        and before.block is block
+        and before.settings.model_deformation == settings.model_deformation
+        and before.settings.significance == settings.significance
+        and before.flights.keys() == flights.keys()
+        and all(is_same)
     )
 
 

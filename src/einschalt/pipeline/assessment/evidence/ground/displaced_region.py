@@ -109,9 +109,10 @@ class BesideDisplacedRegion:
             settings = self.solution.settings
         elif settings.outliers != self.solution.settings.outliers:
             block = with_errors_as_shown(block, settings.outliers)
+        before = self.all_in_two_steps.solution
         if flights is None:  # models that were given up may be held then
-            flights = self.all_in_two_steps.solution.flights
-        return type(self)(solve(block, settings, flights, _in_silence))
+            flights = before.flights
+        return type(self)(solve(block, settings, flights, _in_silence, before))
 
     @cached_property
     def _wrong_points(self):
