@@ -132,3 +132,37 @@ def test_iterations_propagate_the_first_pass_once_more(tmp_path, counted):
     assert counted.calls[("iterate",)] == 1
     assert counted.calls[("draw",)] == 1
     assert set(counted.calls.values()) == {1}, counted.calls
+
+
+@pytest.fixture(scope="module")
+def blundered():
+    """A spatial block with gross errors."""
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    noise = es.BlockNoise(high_gross_error_share=0.03, low_gross_error_share=0.03)
+    return es.simulate_block("demo", seed=1, geometry=geometry, noise=noise)
+
+
+@pytest.mark.parametrize("outliers", ["keep", "huber"])
+def test_what_bends_models_is_estimated_once(blundered, counted, outliers):
+    counted(simultaneous, "estimate_for")
+    counted(simultaneous, "adjust_flights")
+    result = es.densify(blundered, es.Settings(outliers=outliers))
+    assert result.assessment.findings
+    assert counted.calls == {
+        ("estimate_for",): 1,
+        **({("adjust_flights",): 1} if outliers == "huber" else {}),
+    }
+
+
+@pytest.mark.parametrize("kind", ["helmert", "helmert_3d"])
+def test_a_robust_adjustment_knows_what_is_lost_without_gross_errors(blundered, kind):
+    geometry = replace(blundered.geometry, transformation=kind)
+    noise = replace(blundered.noise, low_gross_error_um=20_000.0)
+    block = es.simulate_block("demo", seed=3, geometry=geometry, noise=noise)
+    robust, snooped = (
+        es.densify(block, es.Settings(method="simultaneous", outliers=outliers))
+        for outliers in ("huber", "snoop")
+    )
+    assert robust.simultaneous.loses_no_others
+    names = [set(r.simultaneous.failures["model_id"]) for r in (robust, snooped)]
+    assert names[0] == names[1]

@@ -149,7 +149,9 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
     if has_less_weight:
         settings = settings.updated({"outliers": "snoop"})
         flights = _oriented_without_gross_errors(block, settings, flights)
-        lost = pd.concat([lost, _lost_without_gross_errors(block, settings, flights)])
+        if not adjusted.loses_no_others:
+            also = _lost_without_gross_errors(block, settings, flights)
+            lost = pd.concat([lost, also])
     held = {
         name: oriented.without_models(lost[lost["flight"] == name])
         if (lost["flight"] == name).any()

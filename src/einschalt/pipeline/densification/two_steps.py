@@ -208,10 +208,7 @@ def solve_in_two_steps(
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    if before and before.is_possible and _bends_alike(before, block, settings, flights):
-        own = before.own_deformation
-    else:
-        own = own_deformation_of(block, settings, flights, approximations)
+    own = _own_deformation(before, block, settings, flights, approximations)
     low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)
     model = None if model is None else model.with_means(last.means)
@@ -243,6 +240,13 @@ def solve_in_two_steps(
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
     )
+
+
+def _own_deformation(before, block, settings, flights, approximations):
+    """What models are bent by for themselves, as it was estimated before, or anew."""
+    if before and before.is_possible and _bends_alike(before, block, settings, flights):
+        return before.own_deformation
+    return own_deformation_of(block, settings, flights, approximations)
 
 
 def _bends_alike(before, block, settings, flights):

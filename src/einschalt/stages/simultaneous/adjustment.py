@@ -22,7 +22,10 @@ from einschalt.stages.simultaneous.image_errors import (
     variance_by_norm,
 )
 from einschalt.stages.simultaneous.observations import BlockTables
-from einschalt.stages.simultaneous.outlier_removal import clean_part
+from einschalt.stages.simultaneous.outlier_removal import (
+    clean_part,
+    stands_without_gross_errors,
+)
 from einschalt.stages.simultaneous.own_deformation import (
     bent_part,
     find_own_deformation,
@@ -159,6 +162,9 @@ class BlockAdjustment(ModelResult):
     without_suspects : DataFrame
         point_id, easting, northing [, height] [m]: where the points lie without the
         control that contradicts the block, if that takes part; otherwise no rows.
+    loses_no_others : bool
+        Of a robust norm: whether it is known that an adjustment of the same tables
+        without gross errors gives up no other models.
     """
 
     points: pd.DataFrame
@@ -176,6 +182,7 @@ class BlockAdjustment(ModelResult):
     centres: pd.DataFrame
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     without_suspects: pd.DataFrame = field(default_factory=pd.DataFrame)
+    loses_no_others: bool = False
 
     @cached_property
     def estimates(self) -> Estimates:
@@ -288,7 +295,8 @@ def _adjust_tables(tables, options):
     n_most, given_up = np.count_nonzero(verdicts.is_fine) // 2, []
     while True:
         try:
-            return _adjust_part(tables, part, verdicts, options)
+            adjusted = _adjust_part(tables, part, verdicts, options)
+            return replace(adjusted, loses_no_others=False) if given_up else adjusted
         except (NoConvergenceError, ContradictedModelError) as error:
             placed = np.flatnonzero(verdicts.is_fine)
             if error.n_models != len(placed):  # of an adjustment of some of them
@@ -313,16 +321,31 @@ def _adjust_part(tables, part, verdicts, options):
         solution = adjust_spatially(part.observations, solution.placement)
     tests, solution, weighed, cleaned = _cleaned(tables, part, solution, options)
     # its sizes stand beside those of the random errors, which must be known before
+    both = [weighed]
     own = find_own_deformation(tables, weighed, solution, options.deformation)
     if options.deformation == "modelled" and is_detected(own):
         part = bent_part(part, weighed, own)
         solution = solution.readjusted(part.observations)
         weighed, cleaned = clean_part(tables, part, solution, options)
+        both.append(weighed)
     control = examine_control(cleaned.solution, options.significance)
     if options.outliers != "keep":
         cleaned = replace(cleaned, solution=control.without)
     deformations = deformation_table(tables, cleaned.solution, (tests, own), options)
-    return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
+    result = _result(tables, weighed, cleaned, verdicts, control, deformations, options)
+    return replace(result, loses_no_others=_loses_no_others(tables, both, options))
+
+
+def _loses_no_others(tables, weighed, options):
+    """Whether it is known that no other models are lost without gross errors.
+
+    Plane ones are lost before these are looked for, spatial ones as well where an
+    adjustment does not come to an end.
+    """
+    if options.outliers not in NORMS or has_images(tables):
+        return False
+    is_plane = not tables.is_spatial
+    return is_plane or stands_without_gross_errors(weighed, options.significance)
 
 
 def _cleaned(tables, part, solution, options):

@@ -23,9 +23,11 @@ from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     OutlierFreeBlock,
     downweight,
+    examine_control,
     outlier_free_block,
     with_all_control,
 )
+from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
 
 MOST_ROUNDS = 6
 
@@ -44,6 +46,20 @@ def clean_part(tables, part, solution, options) -> tuple[Weighed, CleanedBlock]:
     else:
         cleaned = downweight(block, observations, options.outliers)
     return weighed, cleaned
+
+
+def stands_without_gross_errors(weighed, significance) -> bool:
+    """Whether an adjustment comes to an end where gross errors are taken out.
+
+    Of one with a robust norm, which begins with the same ``weighed`` blocks.
+    """
+    try:
+        for each in weighed:
+            cleaned = with_all_control(each.block, each.part.observations)
+        examine_control(cleaned.solution, significance)
+    except NoConvergenceError:
+        return False
+    return True
 
 
 def _weighed(tables, part, solution, options):
