@@ -116,7 +116,7 @@ def test_what_weighs_less_is_not_what_the_rest_is_tested_by(seed, outliers, size
     result = densify(block, Settings(method="simultaneous", outliers=outliers))
     _, true = claimed_and_true(result, block.truth)
     assert true < METRES_OF_FEW
-    told = result.assessment.credible.value
+    told = result.examination.credible.value
     assert 0.8 * true < told < 1.6 * true
     # the two steps beside hold what the adjustment would hold without gross errors
     held = result.solution.two_step

@@ -279,7 +279,7 @@ def test_models_without_relief_of_their_own_hold_their_plan(block):
     result = es.densify(flat, SIMULTANEOUS)
     new = result.points[result.points["role"] == "new"]
     true = np.sqrt(np.mean(np.sum(errors(new, block.truth)[:, :2] ** 2, axis=1)))
-    claimed = result.assessment.credible
+    claimed = result.examination.credible
     assert true < 1.2 * claimed.value
     assert not claimed.is_lower_bound
 

@@ -65,7 +65,7 @@ def test_the_turn_of_one_model_makes_no_suspects(repeated):
 def test_the_figure_is_not_that_of_the_turned_model(repeated):
     for result in repeated:
         if result.claim.is_supported:
-            assert result.assessment.credible.value < 0.16
+            assert result.examination.credible.value < 0.16
 
 
 def test_check_points_with_approximate_coordinates_are_checks_still():

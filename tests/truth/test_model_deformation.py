@@ -117,10 +117,12 @@ def test_a_shared_deformation_that_is_only_tested_is_not_recommended(dense_block
     tested = densify(block, Settings(method="simultaneous", model_deformation="tested"))
     assert tested.simultaneous.s_0 == pytest.approx(1.0, abs=0.12)
     assert "Use the two steps, or model the deformation" in belief_text(
-        tested.assessment.deformation
+        tested.examination.deformation
     )
     modelled = densify(block, Settings(method="simultaneous"))
-    assert "the deformation is modelled" in belief_text(modelled.assessment.deformation)
+    assert "the deformation is modelled" in belief_text(
+        modelled.examination.deformation
+    )
     truth = block.truth
     reached = rms(modelled.solution.points, truth)
     assert reached < rms(modelled.two_step.points, truth)

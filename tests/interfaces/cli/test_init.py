@@ -698,7 +698,7 @@ def test_machine_models_and_control_alone_make_a_block(invoke, tmp_path):
     true = block.truth.set_index("point_id").loc[new.index, ["easting", "northing"]]
     away = new[["easting", "northing"]].to_numpy() - true.to_numpy()
     rms = np.sqrt(np.mean(np.sum(away**2, axis=1)))
-    assert 0.5 < result.assessment.credible.value / rms < 2.0
+    assert 0.5 < result.examination.credible.value / rms < 2.0
 
 
 def test_what_is_written_again_is_kept_beside(invoke, tmp_path):

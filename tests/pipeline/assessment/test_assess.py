@@ -11,11 +11,23 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 RESULTS = ["good", "faulty", "given_approximations", "unchecked", "simultaneous"]
+# of the examination, which many tests ask alone: it takes a third of an assessment
+AS_EXAMINED = ("credible", "credible_heights", "claim", "height_claim", "deformation")
 
 
 @pytest.fixture(params=RESULTS)
-def assessment(request):
-    return request.getfixturevalue(f"{request.param}_result").assessment
+def result(request):
+    return request.getfixturevalue(f"{request.param}_result")
+
+
+@pytest.fixture
+def assessment(result):
+    return result.assessment
+
+
+@pytest.mark.parametrize("name", AS_EXAMINED)
+def test_figures_are_those_of_the_examination(result, name):
+    assert getattr(result.assessment, name) is getattr(result.examination, name)
 
 
 def test_it_is_frozen(assessment):

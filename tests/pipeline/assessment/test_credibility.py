@@ -174,7 +174,7 @@ def adjusted(demo_block):
 
 def test_a_clean_adjustment_is_believed_as_it_is(adjusted):
     result = adjusted(lambda control: control)
-    credible = result.assessment.credible
+    credible = result.examination.credible
     assert credible.reason is Reason.ADJUSTED
     assert credible.value == pytest.approx(result.figures.mean_total)
     assert result.examination.checked.is_supported
@@ -201,7 +201,7 @@ def test_errors_larger_than_given_enlarge_the_figure(demo_block):
     flight = replace(demo_block.low_flight, m_g_um=demo_block.low_flight.m_g_um / 2.0)
     block = replace(demo_block, low_flight=flight)
     result = densify(block, block.settings.updated({"method": "simultaneous"}))
-    credible, s_0 = result.assessment.credible, result.simultaneous.s_0
+    credible, s_0 = result.examination.credible, result.simultaneous.s_0
     assert 1.25 < s_0 < 2.0
     assert credible.reason is Reason.ADJUSTED_ENLARGED
     assert credible.value == pytest.approx(s_0 * result.figures.mean_total)
@@ -239,7 +239,7 @@ def test_a_strain_of_control_is_in_the_figure(method):
     result = densify(
         block, block.settings.updated({"method": method, "tolerance": 0.1})
     )
-    figure, strain = result.assessment.credible, result.examination.strain
+    figure, strain = result.examination.credible, result.examination.strain
     assert strain.is_significant
     claimed = result.figures.mean_within
     assert figure.value >= np.hypot(claimed, strain.size) > 1.25 * claimed

@@ -132,7 +132,7 @@ def test_names_exchanged_without_approximations_are_named(exchanged, method, out
 @pytest.mark.parametrize("block", ["exchanged", "one_wrong"])
 def test_kept_errors_are_counted_where_they_are(block, request):
     result = solved(request.getfixturevalue(block), "two_step", "keep")
-    credible, true = result.assessment.credible, true_error(result)
+    credible, true = result.examination.credible, true_error(result)
     assert credible.is_lower_bound
     # or worse: and not a hundred times as bad as it is
     assert 0.8 * true < credible.value < 1.3 * true
@@ -321,12 +321,12 @@ def test_heights_without_the_control_that_was_set_aside_are_as_claimed(seed):
     new = result.points[result.points["role"] == "new"]
     true = block.truth.set_index("point_id")["height"].reindex(new["point_id"])
     error = np.sqrt(np.mean((new["height"].to_numpy() - true.to_numpy()) ** 2))
-    heights = result.assessment.credible_heights
+    heights = result.examination.credible_heights
     assert not heights.is_lower_bound
     assert 0.7 < heights.value / error < 1.4
     # and it is the heights of the adjustment that are compared with the check points
     check = result.points[result.points["role"] == "check"]
-    (test,) = result.assessment.height_claim.tests
+    (test,) = result.examination.height_claim.tests
     rms = np.sqrt(np.mean(check["difference_height"] ** 2))
     assert test.observed == pytest.approx(rms)
 

@@ -28,7 +28,7 @@ def test_exchanged_names_have_one_figure_and_are_no_stretch(demo_block, method):
     block = with_names_of_each_other(demo_block, 0.01)
     result = densify(block, Settings(method=method))
     new = result.points[result.points["role"] == "new"]
-    credible = result.assessment.credible
+    credible = result.examination.credible
     assert credible.is_lower_bound
     assert credible.value > 1.0
     checked = new["standard_error_checked"]

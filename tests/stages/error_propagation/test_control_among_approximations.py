@@ -57,7 +57,7 @@ def test_a_clean_block_is_told_as_good_as_it_is():
         new = result.points[result.points["role"] == "new"].set_index("point_id")
         miss = (new[PLAN] - truth.loc[new.index, PLAN]).to_numpy()
         true = np.sqrt(np.mean(np.sum(miss**2, axis=1)))
-        ratios.append(result.assessment.credible.value / true)
+        ratios.append(result.examination.credible.value / true)
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
 
 

@@ -53,7 +53,7 @@ def test_a_point_that_a_whole_flight_has_elsewhere(demo_block):
     points.loc[is_it, "x"] += 0.5
     block = replace(demo_block, low_flight=replace(low, model_points=points))
     result = densify(block, block.settings.updated({"method": "simultaneous"}))
-    assert result.assessment.credible.value > 0.5 * true_error(result) > 0.05
+    assert result.examination.credible.value > 0.5 * true_error(result) > 0.05
 
 
 def test_clean_blocks_are_not_moved(good_result, simultaneous_result):
@@ -62,7 +62,7 @@ def test_clean_blocks_are_not_moved(good_result, simultaneous_result):
         claimed = result.figures.mean_total
         plan = examined.displaced.plan
         assert where_it_matters(plan, claimed, is_refuted=False) == 0.0
-        assert result.assessment.credible.factor < 1.1
+        assert result.examination.credible.factor < 1.1
     assert simultaneous_result.examination.apart_from_two_steps.plan < 0.05
 
 

@@ -192,7 +192,7 @@ def test_heights_in_feet_are_off_by_their_own_size(spatial_block):
     result = densified(spatial_block, "two_step", lambda c: c["height"] / 0.3048)
     true = true_height_error(result)
     assert true > 1000.0
-    assert 0.5 * true < result.assessment.credible_heights.value < 2.0 * true
+    assert 0.5 * true < result.examination.credible_heights.value < 2.0 * true
 
 
 @pytest.mark.parametrize("relief", [0.0, 1.0])
@@ -216,5 +216,5 @@ def test_flat_ground_tells_no_scale_of_heights(relief, measurement):
     result = densify(block)
     pattern = result.examination.control_patterns.height
     assert pattern is None or pattern.kind is not Kind.SCALE
-    credible = result.assessment.credible_heights
+    credible = result.examination.credible_heights
     assert credible.value / true_height_error(result) < 1.5

@@ -107,7 +107,7 @@ def test_a_network_broken_in_two_beside_a_point_that_is_set_aside(demo_block):
     assert wrong not in found.point_ids
     assert found.size == pytest.approx(0.2, abs=0.08)
     true = true_error(result, ["easting", "northing"])
-    assert 0.5 * true < result.assessment.credible.value < 2.0 * true
+    assert 0.5 * true < result.examination.credible.value < 2.0 * true
 
 
 def test_two_points_with_each_others_name_are_as_wrong_together(demo_block):
@@ -217,7 +217,7 @@ def test_a_corner_of_few_points_counts_by_itself(seed, shift, method):
     )
     # three or four of 13 to 21 points
     assert result.examination.two_step.control_patterns.plan.kind is Kind.STEP
-    figure = result.assessment.credible.value
+    figure = result.examination.credible.value
     assert 0.85 < figure / true_error(result, ["easting", "northing"]) < 1.3
 
 

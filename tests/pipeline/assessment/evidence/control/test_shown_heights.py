@@ -53,7 +53,7 @@ def test_heights_of_one_metre_are_no_step_in_plan(of_one_metre):
     patterns = of_one_metre.examination.control_patterns
     assert patterns.plan is None
     assert patterns.moved_plan == 0.0
-    credible = of_one_metre.assessment.credible
+    credible = of_one_metre.examination.credible
     assert credible.is_lower_bound
     assert 0.85 < credible.value / true_error(of_one_metre) < 1.5
 
@@ -93,4 +93,4 @@ def test_a_step_in_plan_stands_out_of_what_heights_do(block):
     pattern = result.examination.control_patterns.plan
     assert pattern is not None
     assert pattern.kind is Kind.STEP
-    assert result.assessment.credible.value > 0.8 * true_error(result)
+    assert result.examination.credible.value > 0.8 * true_error(result)

@@ -54,7 +54,7 @@ def test_of_three_points_none_is_singled_out():
         control = result.solution.adjustment.control
         assert not control[["is_suspect", "is_set_aside"]].any(axis=None)
         # how much of the error the two others follow nobody can tell
-        told, stated = result.assessment.credible, result.figures.mean_total
+        told, stated = result.examination.credible, result.figures.mean_total
         assert told.is_lower_bound
         assert told.value > 2.0 * stated
 
@@ -64,7 +64,7 @@ def test_where_it_takes_no_part_it_moves_nothing():
     result = densify(block, Settings(method="simultaneous", outliers="snoop"))
     assert result.solution.adjustment.without_suspects.empty
     plan, height = true_errors(result, block)
-    told, heights = result.assessment.credible, result.assessment.credible_heights
+    told, heights = result.examination.credible, result.examination.credible_heights
     assert not told.is_lower_bound
     assert 0.5 < told.value / plan < 2.0
     # heights hang on five points
@@ -80,7 +80,7 @@ def test_residuals_at_fewer_than_ten_points_are_tested_as_well():
     assert sound.of(RESIDUALS).n_points < 10
     wrong = with_wrong_control(block, 5, WRONG)
     result = densify(wrong, two_step, compares_methods=False)
-    told = result.assessment.credible
+    told = result.examination.credible
     assert [test.name for test in result.examination.claim.rejected] == [RESIDUALS]
     assert told.is_lower_bound
     assert 0.5 < told.value / true_errors(result, block)[0] < 3.0

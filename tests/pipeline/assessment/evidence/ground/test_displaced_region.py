@@ -191,7 +191,7 @@ def test_control_tells_which_of_two_halves_is_off(is_in, where):
 def test_nothing_is_found_in_clean_blocks(seed):
     result = densified(given(seed)[0])
     assert result.examination.displaced_regions == ()
-    assert np.isnan(result.assessment.credible.elsewhere)
+    assert np.isnan(result.examination.credible.elsewhere)
 
 
 @pytest.mark.parametrize("seed", range(46, 50))

@@ -103,7 +103,7 @@ def test_one_wrong_height_is_named_and_counts(block):
     assert found.amplitude[0] == pytest.approx(10.0, rel=0.02)
     true = true_error(result, block)
     assert true > 0.5
-    assert 0.7 * true < result.assessment.credible_heights.value < 1.5 * true
+    assert 0.7 * true < result.examination.credible_heights.value < 1.5 * true
 
 
 def test_heights_that_are_all_worse_than_stated_are_no_pattern(block):

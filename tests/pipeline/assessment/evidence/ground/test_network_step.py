@@ -107,7 +107,7 @@ def test_a_step_that_is_part_of_a_strain_does_not_enlarge_the_figure(method):
         examined = result.examination
         assert examined.smooth_strain is not None
         assert examined.displaced.plan < examined.control_patterns.moved_plan
-        ratios.append(result.assessment.credible.value / true_error(result, block))
+        ratios.append(result.examination.credible.value / true_error(result, block))
     # what moves the control moves the points less: a figure that is safe
     assert 1.0 < np.median(ratios) < 2.0
 
