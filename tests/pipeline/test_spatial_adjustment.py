@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.judged_alone import judged_alone
 from tests.photographs_onto_control import one_flight
 
 import einschalt as es
@@ -267,10 +268,10 @@ def mirrored(block, axis):
 
 def test_models_mirrored_in_plan_are_named(block):
     result = es.densify(mirrored(block, "x"), SIMULTANEOUS)
-    found = {found.code: found for found in result.assessment.findings}
+    found = judged_alone(result)
     low = result.models[result.models["flight"] == "low_flight"]
     assert found["models_upside_down"].facts["n_models"] == len(low)
-    assert result.assessment.credible.is_lower_bound
+    assert result.examination.credible.is_lower_bound
 
 
 def test_models_without_relief_of_their_own_hold_their_plan(block):

@@ -4,6 +4,7 @@ import json
 from dataclasses import FrozenInstanceError, fields
 
 import pytest
+from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.assessment.assess import Assessment
 from einschalt.pipeline.assessment.findings.catalogue import ORDER
@@ -28,6 +29,15 @@ def assessment(result):
 @pytest.mark.parametrize("name", AS_EXAMINED)
 def test_figures_are_those_of_the_examination(result, name):
     assert getattr(result.assessment, name) is getattr(result.examination, name)
+
+
+@pytest.mark.parametrize("name", [*RESULTS, "shifted_names"])
+def test_no_finding_is_left_out_because_it_follows_from_another(name, request):
+    result = request.getfixturevalue(f"{name}_result")
+    told = {found.code for found in result.assessment.findings}
+    # no judge tells these
+    causes = {"exchanged_names", "kept_gross_measurements"}
+    assert told - causes == set(judged_alone(result))
 
 
 def test_it_is_frozen(assessment):

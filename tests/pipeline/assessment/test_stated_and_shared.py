@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
+from tests.judged_alone import judged_alone
 from tests.truth.disturbed_blocks import onto_grouped_approximations
 
 from einschalt.pipeline.assessment.credibility import Reason
@@ -102,7 +103,7 @@ def test_points_worse_than_stated_enlarge_what_was_predicted(block, own):
     assert figure.is_lower_bound
     assert true < 1.05 * figure.value < 2.0 * true
     assert figure.factor * result.figures.mean_paper < 2.5 * true
-    codes = {found.code: found for found in result.assessment.findings}
+    codes = judged_alone(result)
     # what all points have by themselves is not shared
     assert codes["claim_that_does_not_stand"].remedy == "doubt_sizes_of_errors"
 

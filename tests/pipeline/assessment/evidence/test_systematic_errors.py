@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.judged_alone import judged_alone
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence import systematic_errors
@@ -247,9 +248,9 @@ def test_one_wrong_point_does_not_pass_for_strain(method):
     assert examined.patterns.strain.is_significant
     assert examined.strain.n_control == examined.patterns.strain.n_control - 1
     assert not (examined.strain.is_significant and examined.strain.is_smooth)
-    codes = {found.code for found in result.assessment.findings}
+    codes = judged_alone(result)
     assert "strained_network" not in codes
-    named = {n for found in result.assessment.findings for n in found.names}
+    named = {n for found in codes.values() for n in found.names}
     assert name in named
 
 
@@ -279,7 +280,7 @@ def test_models_that_are_curved_alike_do_not_pass_for_strain(method):
     assert strain.p_value == pytest.approx(alone.p_value, abs=0.2)
     assert strain.p_value > 0.05
     # told, of that flight alone, unless it was modelled
-    codes = {found.code for found in result.assessment.findings}
+    codes = judged_alone(result)
     assert ("curved_models" in codes) == (method == "two_step")
     assert not clean.patterns.curvatures
     high, low = result.patterns.curvatures

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
@@ -63,7 +64,7 @@ def true_error(block, result):
 
 
 def codes(result):
-    return {found.code for found in result.assessment.findings}
+    return judged_alone(result)
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -73,7 +74,7 @@ def test_larger_errors_are_told_and_counted(seed):
     found = larger_control_errors(result.examination)
     assert found.factor > 1.3
     assert "contradicting_control" in codes(result)
-    credible = result.assessment.credible
+    credible = result.examination.credible
     assert credible.is_lower_bound
     claimed = float(result.examination.figures.mean_within)
     assert credible.value >= found.factor * claimed
@@ -104,4 +105,4 @@ def test_far_approximations_make_no_worse_figure():
     block = with_approximations(block, 0.30, stated_m=0.30, seed=5)
     result = densify(block, SIMULTANEOUS)
     assert "contradicting_control" in codes(result)
-    assert 0.75 < result.assessment.credible.value / true_error(block, result) < 2.0
+    assert 0.75 < result.examination.credible.value / true_error(block, result) < 2.0

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.block.block import Block
@@ -146,12 +147,12 @@ def test_of_two_parts_about_alike_nothing_tells_which():
     found = found_in(result)
     assert found.remedy == "compare_both_parts"
     _, miss = true_errors(result, truth)
-    assert result.assessment.credible.value > 0.9 * rms(miss)
+    assert result.examination.credible.value > 0.9 * rms(miss)
     assert not result.points["is_within_tolerance"].any()
     # the points of either part, whichever is named
     new, _ = true_errors(result, truth)
     assert rms(miss[miss > 0.2] / new["standard_error_checked"][miss > 0.2]) < 1.3
-    assert np.isnan(result.assessment.credible.elsewhere)
+    assert np.isnan(result.examination.credible.elsewhere)
     said = " ".join(result.summary().split())
     assert "outside displaced regions" not in said
     assert "None passes, since nothing tells which part is displaced." in said
@@ -184,7 +185,7 @@ def test_control_tells_which_of_two_halves_is_off(is_in, where):
     new, miss = true_errors(result, truth)
     is_off = new.index.isin(names)
     assert rms(new["standard_error_checked"][~is_off]) < 0.12
-    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+    assert 0.8 < rms(miss) / result.examination.credible.value < 1.25
 
 
 @pytest.mark.parametrize("seed", range(40, 46))
@@ -203,7 +204,7 @@ def test_m_g_that_is_too_small_is_no_region(seed):
 def test_m_g_that_is_too_small_is_not_taken_for_shared_errors(seed):
     """Both coverages have what approximate points share: they do not differ by it."""
     result = densified(given(seed, m_g=1.5)[0])
-    codes = {found.code: found for found in result.assessment.findings}
+    codes = judged_alone(result)
     doubted = codes["claim_that_does_not_stand"]
     (test,) = doubted.facts["rejected"]
     assert test["quantity"] == "coverage differences"
@@ -242,7 +243,7 @@ def test_an_error_that_is_stated_too_small_hides_no_region(displaced):
     named = set(found_in(result).names)
     assert len(named & names) > 0.85 * len(named | names)
     _, miss = true_errors(result, truth)
-    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+    assert 0.8 < rms(miss) / result.examination.credible.value < 1.25
 
 
 def test_what_was_not_looked_for_is_said():
@@ -290,7 +291,7 @@ def test_two_regions_are_named_in_one_finding(method):
     named = set(found_in(result).names)
     assert len(named & both) > 0.85 * len(named | both)
     new, miss = true_errors(result, truth)
-    assert 0.8 < rms(miss) / result.assessment.credible.value < 1.25
+    assert 0.8 < rms(miss) / result.examination.credible.value < 1.25
     is_in = new.index.isin(both)
     checked = new["standard_error_checked"].to_numpy()
     assert 0.7 < rms(miss[is_in] / checked[is_in]) < 1.3

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.judged_alone import judged_alone
 from tests.photographs_onto_control import AXES, ERROR, GEOMETRY, one_flight
 
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
@@ -46,7 +47,7 @@ def true_error(result, block):
 
 
 def codes(result):
-    return {finding.code for finding in result.assessment.findings}
+    return judged_alone(result)
 
 
 def test_residuals_vary_as_their_covariance_says(clean):
@@ -69,7 +70,7 @@ def test_clean_heights_keep_their_claim(clean):
     assert test.p_value > 0.01
     assert clean.examination.control_patterns.height is None
     assert "unseen_height_scale" not in codes(clean)
-    assert not clean.assessment.credible_heights.is_lower_bound
+    assert not clean.examination.credible_heights.is_lower_bound
 
 
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
@@ -112,7 +113,7 @@ def test_heights_that_are_all_worse_than_stated_are_no_pattern(block):
     result = densify(with_heights(block, lambda table: table["height"] + errors))
     assert "heights_beyond_claim" in codes(result)
     assert result.examination.control_patterns.height is None
-    assert result.assessment.credible_heights.is_lower_bound
+    assert result.examination.credible_heights.is_lower_bound
 
 
 def test_given_points_that_are_no_control_are_told_by_their_name(block):
@@ -127,7 +128,7 @@ def test_given_points_that_are_no_control_are_told_by_their_name(block):
     assert f"The height of approximate point {name} is 9.9 m off" in told
     found = densify(with_distance(replace(block, control_points=None), 1.3))
     assert found.examination.control_patterns.height.kind is Kind.SCALE
-    assert found.assessment.credible_heights.is_lower_bound
+    assert found.examination.credible_heights.is_lower_bound
 
 
 def test_approximations_that_share_errors_have_no_steps(block):
@@ -138,7 +139,7 @@ def test_approximations_that_share_errors_have_no_steps(block):
 
     result = densify(with_heights(replace(block, control_points=None), change))
     assert "broken_heights" not in codes(result)
-    assert result.assessment.credible_heights.is_lower_bound
+    assert result.examination.credible_heights.is_lower_bound
 
 
 def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):

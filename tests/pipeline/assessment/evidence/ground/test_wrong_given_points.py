@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.judged_alone import judged_alone
 from tests.pipeline.assessment.evidence.ground.test_displaced_region import (
     PLAN,
     corner,
@@ -31,8 +32,7 @@ def spoilt(block, **shifts):
 
 
 def found_in(result):
-    codes = {found.code: found for found in result.assessment.findings}
-    return codes.get(CODE)
+    return judged_alone(result).get(CODE)
 
 
 @pytest.mark.parametrize("shift", [1.0, 5.0, 100.0, 1000.0])
@@ -47,7 +47,7 @@ def test_it_is_named_and_its_effect_is_in_the_figure(shift):
     assert point["northing"] == pytest.approx(0.0, abs=allowed)
     assert point["n_models"] >= 2
     new, miss = true_errors(result, truth)
-    credible = result.assessment.credible
+    credible = result.examination.credible
     assert credible.reason is Reason.WRONG_POINTS
     assert 0.85 < rms(miss) / credible.value < 1.2
     # what no model with it holds is as good as ever
@@ -84,7 +84,7 @@ def test_two_of_them_are_named_the_worse_one_in_the_first_line():
     head = result.summary().splitlines()[0]
     assert f"points first, {OTHER} above all (2 are wrong)" in head
     _, miss = true_errors(result, truth)
-    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
 
 
 def test_three_of_a_hundred_are_named():
@@ -93,7 +93,7 @@ def test_three_of_a_hundred_are_named():
     result = densified(spoilt(block, p1045=4.0, p1072=-4.0, p1030=4.0))
     assert set(found_in(result).names) == {NAME, OTHER, "1030"}
     _, miss = true_errors(result, truth)
-    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
 
 
 @pytest.mark.parametrize("kind", ["helmert", "helmert_3d", "images"])
@@ -150,7 +150,7 @@ def test_beside_a_displaced_region_both_are_named(is_in):
     (region,) = result.examination.displaced_regions
     assert len(set(region.point_ids) & names) > 0.85 * len(names)
     _, miss = true_errors(result, truth)
-    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
     head = result.summary().splitlines()[0]
     assert "outside displaced regions and models with wrong approximate points" in head
 
@@ -169,7 +169,7 @@ def test_names_exchanged_in_all_measurements_are_in_the_figure():
     said = " ".join(result.summary().split())
     assert f"It lies where {one} is given, and {one} where {two} is" in said
     new, miss = true_errors(result, truth)
-    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
     checked = new["standard_error_checked"][[one, two]].to_numpy()
     assert miss[new.index.isin([one, two])] == pytest.approx(checked, rel=0.1)
 
@@ -203,7 +203,7 @@ def test_a_region_hides_no_single_wrong_point(seed):
     codes = [found.code for found in result.assessment.findings]
     assert "displaced_region" in codes
     _, miss = true_errors(result, truth)
-    assert 0.85 < rms(miss) / result.assessment.credible.value < 1.2
+    assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
     # nothing is named where a region alone is off
     assert found_in(densified(block)) is None
 
