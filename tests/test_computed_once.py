@@ -23,7 +23,12 @@ from einschalt.pipeline.assessment.evidence import (
     variance_components,
 )
 from einschalt.pipeline.assessment.findings import catalogue, orientations
-from einschalt.pipeline.densification import iteration, low_flight_fit, simultaneous
+from einschalt.pipeline.densification import (
+    gross_errors,
+    iteration,
+    low_flight_fit,
+    simultaneous,
+)
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.stages.error_propagation.error_model import ErrorModel
 
@@ -121,6 +126,21 @@ def test_one_adjustment_and_the_two_steps_beside_it_are_examined_once(
     once = {"estimate_components", "find_patterns", "adjust_flights", "assess"}
     assert {name for name, *_ in counted.calls} >= once
     assert set(counted.calls.values()) == {1}, counted.calls
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_gross_measurements_that_take_part_are_looked_for_once(counted, method):
+    """Those that are told are those without which the block is computed again."""
+    block = es.simulate_block("demo", seed=2)
+    points = block.low_flight.model_points.copy()
+    points.loc[points.index[20], "x"] += 0.4
+    block = replace(block, low_flight=replace(block.low_flight, model_points=points))
+    counted(gross_errors, "_refused", key=lambda _, name, *__: (name,))
+    result = es.densify(block, es.Settings(method=method, outliers="keep"))
+    codes = [found.code for found in result.assessment.findings]
+    assert codes[0] == "kept_gross_measurements"
+    once = [("_refused", name) for name in block.flights]
+    assert counted.calls == Counter(once)
 
 
 def test_iterations_propagate_the_first_pass_once_more(tmp_path, counted):

@@ -77,11 +77,13 @@ def with_kept_gross_errors(examined, judges, findings):
     is found is weak geometry: nothing doubts the errors by which they are gross.
     """
     may_follow = [found for found in findings if _may_follow(found)]
-    gross = _kept(examined) if may_follow else None
+    snooped = _snooped(examined) if may_follow else None
+    gross = None if snooped is None else _kept(examined, snooped.table)
     if gross is None:
         return findings
     try:
-        again = _solved_without(examined)
+        settings = _snooping(examined)
+        again = examined.computed_again(examined.block, settings, gross=snooped)
     except EinschaltError:  # the rest does not hold together
         return findings
     if not _is_confirmed(again, _of_control_measured_once(examined, gross)):
@@ -357,17 +359,20 @@ def _is_small(two_step):
     return sum(map(len, two_step.model_points.values())) <= MOST_TRIED
 
 
-def _kept(examined):
+def _snooped(examined):
+    """What data snooping would take out of a small block that keeps everything."""
+    two_step = examined.all_in_two_steps
+    if examined.settings.outliers != "keep" or not _is_small(two_step):
+        return None
+    flights = two_step.solution.flights
+    return find_gross_measurements(examined.block, flights, _snooping(examined))
+
+
+def _kept(examined, table):
     """Gross measurements that take part, the worst first; None without.
 
     Without those of models in which names are exchanged: these are told by themselves.
     """
-    two_step = examined.all_in_two_steps
-    if examined.settings.outliers != "keep" or not _is_small(two_step):
-        return None
-    table = find_gross_measurements(
-        examined.block, two_step.solution.flights, _snooping(examined)
-    ).table
     exchanged = pd.DataFrame(
         [(e.flight, e.coverage, e.model_id) for e in examined.exchanged_names],
         columns=list(OF_MODEL),
@@ -420,10 +425,6 @@ def _is_confirmed(again, names):
 
 def _snooping(examined):
     return examined.settings.updated({"outliers": "snoop"})
-
-
-def _solved_without(examined):
-    return examined.computed_again(examined.block, _snooping(examined))
 
 
 def _finding(two_step, gross, explained):

@@ -76,14 +76,14 @@ def orient_flights(block, settings):
 
 
 def solve_in_one_adjustment(
-    block, settings, flights, report_progress, before=None
+    block, settings, flights, report_progress, **known
 ) -> SimultaneousSolution:
     """Densify a block in one adjustment of all models and the control.
 
-    ``flights`` after stage 2; ``before`` are two steps of it with other settings, if
-    there are any. A GeometryError where nothing of the block can be determined.
+    ``flights`` after stage 2; ``known`` is what the two steps beside it may take. A
+    GeometryError where nothing of the block can be determined.
     """
-    in_two_steps = _beside(block, settings, flights, report_progress, before)
+    in_two_steps = _beside(block, settings, flights, report_progress, **known)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
     return adjust_beside(in_two_steps, block, settings, flights)
 
@@ -161,7 +161,7 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
     for name, oriented in held.items():
         if oriented.model_points.empty:
             return WithoutTwoSteps(block, held, NOTHING_HELD[name])
-    return _beside(block, settings, held, lambda *_: None, in_two_steps)
+    return _beside(block, settings, held, lambda *_: None, before=in_two_steps)
 
 
 def _lost_without_gross_errors(block, settings, flights):
@@ -194,11 +194,11 @@ def _oriented_without_gross_errors(block, settings, flights):
     return {name: anew[name] if has_images[name] else flights[name] for name in flights}
 
 
-def _beside(block, settings, flights, report_progress, before=None):
+def _beside(block, settings, flights, report_progress, **known):
     """The two steps, whose points stand beside the adjusted ones."""
     # what is distributed in the end are the residuals of the adjustment
     plain = settings.model_copy(update={"residual_distribution": "none"})
     try:
-        return solve_in_two_steps(block, plain, flights, report_progress, before)
+        return solve_in_two_steps(block, plain, flights, report_progress, **known)
     except GeometryError as error:  # the summary says so, and gives the other way
         return WithoutTwoSteps(block, flights, str(error))

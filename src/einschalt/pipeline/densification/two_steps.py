@@ -195,15 +195,17 @@ def no_moves():
 
 
 def solve_in_two_steps(
-    block, settings, flights, report_progress, before=None
+    block, settings, flights, report_progress, *, before=None, gross=None
 ) -> TwoStepSolution:
     """Densify a block in two steps.
 
-    ``flights`` after stage 2; ``before`` is a solution of it with other settings, if
-    there is one. A GeometryError where not one model of a flight could be used.
+    ``flights`` after stage 2. Where they are known, ``before`` is a solution of it with
+    other settings, and ``gross`` are the gross measurements of this block and these
+    flights. A GeometryError where not one model of a flight could be used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
-    gross = find_gross_measurements(block, flights, settings)
+    if gross is None:
+        gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points

@@ -98,21 +98,24 @@ class BesideDisplacedRegion:
     smooth_strain = cached_property(smooth_strain)
     exchanged_control = cached_property(find_exchanged_control)
 
-    def computed_again(self, block, settings=None, flights=None):
+    def computed_again(self, block, settings=None, flights=None, gross=None):
         """Examination of a block that is computed in the same way, in silence.
 
         With the settings and the orientations of this one, unless others are given.
+        ``gross`` are the gross measurements that these settings find in the block.
         """
         is_in_two_steps = isinstance(self.solution, TwoStepSolution)
         solve = solve_in_two_steps if is_in_two_steps else solve_in_one_adjustment
         if settings is None:
             settings = self.solution.settings
         elif settings.outliers != self.solution.settings.outliers:
-            block = with_errors_as_shown(block, settings.outliers)
+            given, block = block, with_errors_as_shown(block, settings.outliers)
+            gross = gross if block is given else None  # by other errors of images
         before = self.all_in_two_steps.solution
         if flights is None:  # models that were given up may be held then
             flights = before.flights
-        return type(self)(solve(block, settings, flights, _in_silence, before))
+        known = {"before": before, "gross": gross}
+        return type(self)(solve(block, settings, flights, _in_silence, **known))
 
     @cached_property
     def _wrong_points(self):
