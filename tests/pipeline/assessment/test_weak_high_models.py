@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
+from tests.judged_alone import judged_alone
 
 import einschalt as es
 
@@ -112,7 +113,7 @@ def test_a_gross_error_is_named_after_a_further_pass():
     result = densified(control, high, low.assign(x=moved), iterations=2)
     suspects = result.residuals[result.residuals["is_suspect"]]
     assert low.loc[wrong, "point_id"] in suspects["point_id"].tolist()
-    assert "suspect_observations" in told(result)
+    assert "suspect_observations" in judged_alone(result)
 
 
 def test_the_estimated_m_g_is_that_of_the_good_points():
@@ -132,7 +133,7 @@ def test_a_gross_error_beside_weak_models_is_named():
     wrong = low.index[(size > 9) & is_new][5]
     moved = low["x"] + 0.2 * (low.index == wrong)
     result = densified(control, high, low.assign(x=moved))
-    assert "suspect_observations" in told(result)
+    assert "suspect_observations" in judged_alone(result)
     suspects = result.residuals[result.residuals["is_suspect"]]
     assert suspects["point_id"].tolist() == [low.loc[wrong, "point_id"]]
 
