@@ -437,7 +437,7 @@ def test_control_in_one_corner_holds_the_whole_block(block):
 
 
 def test_a_block_that_two_steps_cannot_do(block, monkeypatch):
-    def impossible(*_):
+    def impossible(*_, **__):
         raise GeometryError("no model of the high flight is usable")
 
     home = "einschalt.pipeline.densification.one_adjustment.solve_in_two_steps"
