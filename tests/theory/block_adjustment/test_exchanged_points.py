@@ -60,6 +60,17 @@ def test_chance_is_that_of_random_errors(make_block, kind, every, share):
     assert min(found) < 0.5
 
 
+def test_of_many_points_those_that_contradict_most_are_tried(make_block):
+    block = make_block("dense grid", "affine", every=3)
+    places = np.flatnonzero(block.is_control)
+    solution = adjust(exchanged(block, places[3], places[7]))
+    pairs = pairs_of_given_points(solution, most=8)
+    assert len(pairs.places) == 8 < len(places)
+    best = np.unravel_index(np.argmin(pairs.left), pairs.left.shape)
+    assert set(pairs.places[list(best)]) == {places[3], places[7]}
+    assert pairs.chance().min() < 1e-6
+
+
 def test_held_control_is_not_exchanged(make_block):
     block = make_block("grid", "affine")
     covariance = block.control_covariance.copy()

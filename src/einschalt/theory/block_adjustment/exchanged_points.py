@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# given points that are tried, all of them with each other: two seconds
+MOST_GIVEN = 500
 # answers of all points that are computed together
 AT_ONCE = 64
 # of the largest element, added to the diagonal of P R, which no shift of all changes
@@ -26,7 +28,8 @@ HOLD = 1e-10
 class PairsOfGivenPoints:
     """What is left of a block with two of its given points exchanged."""
 
-    places: np.ndarray  # (n_given,): the given points, rows of the points of the block
+    # (n_given,): the given points that were tried, rows of the points of the block
+    places: np.ndarray
     # (n_given, n_given): share of what given coordinates explain of the sum of squares
     # that is left with both exchanged; infinite on the diagonal
     left: np.ndarray
@@ -46,13 +49,16 @@ class PairsOfGivenPoints:
         return np.minimum(n * (n - 1) / 2.0 * chance, 1.0)
 
 
-def pairs_of_given_points(solution) -> PairsOfGivenPoints:
+def pairs_of_given_points(solution, most=MOST_GIVEN) -> PairsOfGivenPoints:
     """Exchange every pair of the given points of an adjusted block of plane models.
 
+    Of more than ``most`` those that contradict most, by the size of their residuals.
     Errors that given points share are counted as if each had its own.
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control & ~observations.is_fixed)
+    away = np.hypot(*solution.control_residuals[places].T)
+    places = np.sort(places[np.argsort(-away, kind="stable")[:most]])
     given = observations.control[places]
     weight = observations.control_weight[places]
     n, d = given.shape

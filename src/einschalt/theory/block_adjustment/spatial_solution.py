@@ -260,13 +260,14 @@ class _Task(BlockInOrder):
         return np.einsum("nij,nj->ni", place.matrix[self._model], offset)
 
     def _extents(self, arm):
-        """Root mean square length of the arms of each model; 1 where it has none."""
+        """Root mean square length of the arms of each model; 1 where they have none."""
         n_models = len(self.ordering.order)
         count = np.bincount(self._model, minlength=n_models)
         squares = np.bincount(self._model, (arm**2).sum(axis=1), n_models)
         extent = np.sqrt(squares / np.maximum(count, 1))
-        # all of its measurements may have been taken out: it stays where it is
-        return np.where(count > 0, extent, 1.0)
+        # all of its measurements may have been taken out, or all but one in its middle:
+        # it is neither turned nor scaled
+        return np.where(extent > 0.0, extent, 1.0)
 
     def _factored(self, arm, extent, second=None):
         design = np.zeros((len(arm), 3, N_UNKNOWNS))

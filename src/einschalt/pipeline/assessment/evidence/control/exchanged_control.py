@@ -139,7 +139,9 @@ def _rms(judged):
     """What control is missed by, set aside or not, TOTAL (RMS) [m]."""
     points = judged.points
     differences = values_of(points[points["role"] == "control"], DIFFERENCES)
-    return float(np.sqrt(np.nanmean(np.sum(differences**2, axis=1))))
+    squares = np.sum(differences**2, axis=1)
+    squares = squares[np.isfinite(squares)]
+    return float(np.sqrt(squares.mean())) if len(squares) else np.nan
 
 
 def _stated(block):
