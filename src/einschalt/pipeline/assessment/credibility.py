@@ -159,17 +159,19 @@ def _beside_exchanged_control(examined):
     """The figure with two names of control put right, and how far that moves points.
 
     A lower bound where it moves them; where no model is fitted onto control, they are
-    as good as that figure.
+    as good as that figure. Where the pair is in no model that they hang on, they are
+    known no better than this block knows them.
     """
     exchanged, figures = examined.exchanged_control, examined.figures
-    rest = exchanged.corrected.credible
-    value = float(np.hypot(rest.value, exchanged.moved.plan))
+    rest, moved = exchanged.corrected.credible, exchanged.moved.plan
+    own = figures.mean_within if moved < rest.value else np.nan
+    value = float(np.hypot(np.fmax(rest.value, own), moved))
     column = examined.claimed_column
     claimed = figures.mean_total if column == TOTAL else figures.mean_paper
     return replace(
         rest,
         value=value,
-        is_lower_bound=rest.is_lower_bound or exchanged.moved.plan > 0.0,
+        is_lower_bound=rest.is_lower_bound or moved > 0.0,
         column=column,
         factor=float(np.nanmax([1.0, value / claimed if claimed > 0.0 else np.nan])),
         reason=Reason.EXCHANGED_CONTROL,

@@ -262,6 +262,10 @@ def _failed(block):
     return translated(FAILED, n=block.n_failed_models, n_all=block.n_models)
 
 
+# the figure includes what is propagated
+OF_PROPAGATION = (Reason.PROPAGATED, Reason.EXCHANGED_CONTROL)
+
+
 @singledispatch
 def _how_good(facts: TwoStepPrecision, credible):
     """The figure to believe, and another one beside it; or a bound."""
@@ -279,7 +283,7 @@ def _how_good(facts: TwoStepPrecision, credible):
     elif credible.reason is Reason.ASSUMED:
         message = ASSUMED
     else:
-        message = PROPAGATED if credible.reason is Reason.PROPAGATED else BUDGET
+        message = PROPAGATED if credible.reason in OF_PROPAGATION else BUDGET
     return f", {translated(message, **said)}"
 
 

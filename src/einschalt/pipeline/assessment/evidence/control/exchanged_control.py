@@ -31,6 +31,8 @@ from einschalt.theory.block_adjustment.exchanged_points import pairs_of_given_po
 LEAST_IMPROVEMENT = 5.0
 # pairs, the one that matches best first, with which the block is computed again
 MOST_PAIRS = 3
+# of chance, where all models are mirrored and would not be
+LEVEL_OF_MIRROR = 0.05
 # measured points, beyond which a block is not computed again
 MOST_MEASURED = 20_000
 
@@ -41,26 +43,27 @@ class ExchangedControl:
 
     points: tuple[str, str]
     apart: float  # of their given coordinates [m]
-    rms: float  # of the differences at all control points, TOTAL [m]
+    rms: float  # of the differences at all given points, TOTAL [m]
     rms_exchanged: float  # the same of the block with both put right
     corrected: object  # examination of that block
     moved: Displacement  # the new points by putting it right
 
 
 def find_exchanged_control(examined) -> ExchangedControl | None:
-    """Look for a pair that explains what the block misses its control by.
+    """Look for a pair that explains what the block misses its given points by.
 
-    None where control is not missed by more than is claimed, and of large blocks.
+    Control and check points. None where they are missed by no more than is stated and
+    claimed, and of large blocks.
     """
     # models that were given up may have been so for the pair
     flights = examined.all_in_two_steps.solution.flights
     if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
         return None
-    judged = next((each for each in _both(examined) if _is_missed(each)), None)
-    if judged is None:
+    measure = next((each for each in MEASURES if _is_missed(examined, each)), None)
+    if measure is None:
         return None
-    for pair in _pairs(judged, flights):
-        found = _tried(examined, judged, pair)
+    for pair in _pairs(examined, flights):
+        found = _tried(examined, measure, pair)
         if found is not None:
             return found
     return None
@@ -87,20 +90,8 @@ def with_control_exchanged(error, block, flights, solve):
     return error
 
 
-def _both(examined):
-    """What may tell that control is missed: two steps, and the adjustment.
-
-    A pair may lie in models that two steps do not have.
-    """
-    two_step = examined.all_in_two_steps
-    found = [two_step] if two_step.is_possible else []
-    if not found or _are_fitted_onto_control(examined.block):
-        found.append(examined)
-    return found
-
-
 def with_names_exchanged(block, pair):
-    """A block whose control has two names exchanged.
+    """A block whose given points have two names exchanged.
 
     Approximate points as well, where models are fitted onto control.
     """
@@ -127,37 +118,90 @@ def _are_fitted_onto_control(block):
     return block.high_flight is None and approximations_are_control(block)
 
 
-def _is_missed(judged):
-    if _are_fitted_onto_control(judged.block):
-        # a model on three points meets a wrong one with errors as large
-        return _rms(judged) > LEAST_IMPROVEMENT * _stated(judged.block)
-    left_out = judged.control_left_out["is_suspect"].astype(bool)
-    return judged.known_control.are_beyond or bool(left_out.any())
+def _missed_in_two_steps(examined):
+    """What given points are missed by, TOTAL (RMS) [m]; NaN where nothing tells."""
+    two_step = examined.all_in_two_steps
+    return _rms(two_step) if two_step.is_possible else np.nan
+
+
+def _missed(examined):
+    """The same by what is examined: two steps may lack the models of a pair."""
+    return _rms(examined)
+
+
+def _missed_in_plan(examined):
+    """The same by all models in plan, with errors as stated.
+
+    Where some have failed, or new points are known far worse than given ones: then
+    estimated errors, or bends of models, may have taken up what given points are missed
+    by.
+    """
+    block, figures = examined.block, examined.figures
+    claimed = np.fmax(figures.mean_within, figures.mean_paper)
+    is_coarse = claimed > LEAST_IMPROVEMENT * _stated(block)
+    is_doubtful = is_coarse or not examined.failures.empty
+    if not (is_doubtful and _control_is_fitted(block)):
+        return np.nan
+    found = _adjusted_in_plan(block, examined.all_in_two_steps.solution.flights)
+    if found is None:
+        return np.nan
+    return _root_mean_square(found[0].control_residuals)
+
+
+MEASURES = (_missed_in_two_steps, _missed, _missed_in_plan)
+
+
+def _is_missed(examined, measure):
+    """Whether given points are missed by more than is stated or claimed.
+
+    What is claimed does not tell alone: a model on three points meets a wrong one with
+    errors as large.
+    """
+    missed, stated = measure(examined), _stated(examined.block)
+    if not missed > 0.0:
+        return False
+    if missed > LEAST_IMPROVEMENT * stated:
+        return True
+    if np.isnan(stated) and _are_fitted_onto_control(examined.block):
+        return True
+    if measure is not _missed_in_two_steps:
+        return False
+    two_step = examined.all_in_two_steps
+    left_out = two_step.control_left_out["is_suspect"].astype(bool)
+    return two_step.known_control.are_beyond or bool(left_out.any())
+
+
+def _stated(block):
+    """Standard error of given points, TOTAL (RMS) [m]; NaN where none is given."""
+    control = block.control_points
+    if "standard_error_m" not in control:
+        return np.nan
+    errors = control["standard_error_m"].to_numpy(dtype=float)
+    errors = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan
 
 
 def _rms(judged):
-    """What control is missed by, set aside or not, TOTAL (RMS) [m]."""
+    """What given points are missed by, set aside or not, TOTAL (RMS) [m]."""
     points = judged.points
-    differences = values_of(points[points["role"] == "control"], DIFFERENCES)
-    squares = np.sum(differences**2, axis=1)
+    return _root_mean_square(values_of(points[points["role"] != "new"], DIFFERENCES))
+
+
+def _root_mean_square(differences):
+    squares = np.sum(differences[:, :2] ** 2, axis=1)
     squares = squares[np.isfinite(squares)]
     return float(np.sqrt(squares.mean())) if len(squares) else np.nan
 
 
-def _stated(block):
-    """Standard error of control points, TOTAL (RMS) [m]; 0 where none is given."""
-    control = block.control_points
-    if "standard_error_m" not in control:
-        return 0.0
-    errors = control.loc[control["role"] == "control", "standard_error_m"]
-    return float(np.sqrt(np.mean(errors.astype(float) ** 2)))
-
-
-def _pairs(judged, flights):
+def _pairs(examined, flights):
     """Pairs of names that may be exchanged, a few, the best first."""
-    if _control_is_fitted(judged.block):
-        return _pairs_that_adjust(judged.block, flights)
-    return _pairs_that_match(judged)
+    if _control_is_fitted(examined.block):
+        # two opposite corners exchanged are a mirror, which shows by itself
+        is_mirrored = examined.frame.is_mirrored
+        level = LEVEL_OF_MIRROR if is_mirrored else FINDING_SIGNIFICANCE
+        return _pairs_that_adjust(examined.block, flights, level)
+    two_step = examined.all_in_two_steps
+    return _pairs_that_match(two_step) if two_step.is_possible else []
 
 
 def _pairs_that_match(two_step):
@@ -175,22 +219,35 @@ def _pairs_that_match(two_step):
     return _best(names, away, LEAST_IMPROVEMENT * away < apart)
 
 
-def _pairs_that_adjust(block, flights):
-    """Pairs that leave least of what an adjustment misses its control by."""
+def _pairs_that_adjust(block, flights, significance=FINDING_SIGNIFICANCE):
+    """Pairs that leave least of what an adjustment misses given points by."""
+    found = _adjusted_in_plan(block, flights)
+    if found is None:
+        return []
+    solution, names = found
+    pairs = pairs_of_given_points(solution)
+    is_better = LEAST_IMPROVEMENT**2 * pairs.left < 1.0
+    is_better &= pairs.chance() <= significance
+    return _best(names[pairs.places], pairs.left, is_better)
+
+
+def _adjusted_in_plan(block, flights):
+    """All models adjusted at once in plan, onto check points as well.
+
+    And the names of its points. None where given points do not hold all models at once.
+    """
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
+    given = block.control_points.assign(role="control")
     try:
-        tables = block_tables(block, flights, kinds)
+        tables = block_tables(replace(block, control_points=given), flights, kinds)
         part, _ = determined_part(tables)
-    except EinschaltError:  # control does not hold all models at once
-        return []
+    except EinschaltError:
+        return None
     observations = part.observations
     if observations.is_in_space:
         observations = observations.in_plan(is_affine=True)
-    pairs = pairs_of_given_points(adjust(observations))
-    is_better = LEAST_IMPROVEMENT**2 * pairs.left < 1.0
-    is_better &= pairs.chance() <= FINDING_SIGNIFICANCE
-    return _best(tables.point_id[part.points[pairs.places]], pairs.left, is_better)
+    return adjust(observations), tables.point_id[part.points]
 
 
 def _best(names, score, is_pair):
@@ -200,19 +257,18 @@ def _best(names, score, is_pair):
     return [(str(names[one[k]]), str(names[other[k]])) for k in best]
 
 
-def _tried(examined, judged, pair):
-    """The pair, if the block with both put right misses its control by far less."""
-    before = _rms(judged)
+def _tried(examined, measure, pair):
+    """The pair, if the block with both put right misses given points by far less."""
+    before = measure(examined)
     try:
         again = examined.computed_again(with_names_exchanged(examined.block, pair))
     except EinschaltError:  # nothing is gained
         return None
-    is_of_two_steps = judged is examined.all_in_two_steps
-    corrected = again.all_in_two_steps if is_of_two_steps else again
-    if is_of_two_steps and not corrected.is_possible:
-        return None
-    after = _rms(corrected)
+    # models that failed for the pair need not fail then
+    after = np.nan_to_num(measure(again), nan=_rms(again))
     if not LEAST_IMPROVEMENT * after < before:
+        return None
+    if examined.frame.is_mirrored and again.frame.is_mirrored:
         return None
     given = examined.block.control_points.drop_duplicates("point_id")
     given = given.set_index("point_id").loc[list(pair), PLAN].to_numpy(dtype=float)
