@@ -55,6 +55,8 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
     Control and check points. None where they are missed by no more than is stated and
     claimed, and of large blocks.
     """
+    if examined.block.control_points is None:
+        return None
     # models that were given up may have been so for the pair
     flights = examined.all_in_two_steps.solution.flights
     if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
