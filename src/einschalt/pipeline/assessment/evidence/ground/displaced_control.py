@@ -88,6 +88,10 @@ def scan_control(two_step):
     xy = values_of(control, PLAN)
     found = _regions(checks, errors, xy - xy.mean(axis=0))
     if not found:
+        found = _group(two_step, control, checks, errors)
+    elif len(found) == 1:
+        found = _group(two_step, control, checks, errors, found[0].rows) or found
+    if not found:
         return ()
 
     def beside(region):
@@ -106,19 +110,32 @@ def scan_control(two_step):
 
 
 def _regions(checks, errors, xy):
-    """Parts of the control: regions, or a group of points that lie anywhere."""
+    """Parts of the control that lie together."""
     scan = find_displaced_regions(checks, errors**-2.0, xy)
     found = scan.regions if scan.enlargement < MOST_ENLARGED else ()
     if not found or not exceeds_stated(found, errors * scan.enlargement):
-        found = ()
-    found = _smaller_part(_merged(found), len(xy))
-    if len(found) > 1 or len(xy) > MOST_CONTROL:
-        return found
-    rows = [row for region in found for row in region.rows]
-    among = checks.scores, checks.information, xy
-    group = find_displaced_group(*among, FINDING_SIGNIFICANCE, rows)
+        return ()
+    return _smaller_part(_merged(found), len(xy))
+
+
+def _group(two_step, control, checks, errors, region=()):
+    """A part whose points lie anywhere, if it explains more than a region: a list.
+
+    None where a line parts it from the others, which is told as such.
+    """
+    if len(control) > MOST_CONTROL:
+        return []
+    xy = values_of(control, PLAN)
+    among = checks.scores, checks.information, xy - xy.mean(axis=0)
+    group = find_displaced_group(*among, FINDING_SIGNIFICANCE, region)
     if group is None or not exceeds_stated((group,), errors):
-        return found
+        return []
+    step = two_step.network_step
+    if step is not None:
+        is_behind = is_among(control["point_id"], list(step.point_ids))
+        n_behind = np.count_nonzero(is_behind[group.rows])
+        if is_behind.sum() == n_behind == len(group.rows):
+            return []
     return [group]
 
 
