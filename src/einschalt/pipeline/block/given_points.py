@@ -21,6 +21,7 @@ from einschalt.foundations.near_words import (
     pair_meant,
     told_apart,
 )
+from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -97,8 +98,8 @@ def contradictions(block, control, approximate, sources):
     points = name_some(known["point_id"].iloc[rows])
     note = (
         f"{sources[1]}: {len(rows)} of {len(known)} points that {sources[0]} gives too "
-        f"lie elsewhere here, by up to {apart[rows[0]]:.3g} m, more than the stated "
-        f"errors explain: {points}"
+        f"lie elsewhere here, by up to {number(apart[rows[0]])} m, more than the "
+        f"stated errors explain: {points}"
     )
     return [note]
 
@@ -117,9 +118,9 @@ def _note_of_coarse(flight, apart, sources):
     most = apart.max()
     note = (
         f"{sources[1]}: the {len(apart)} points that {sources[0]} gives too lie "
-        f"elsewhere here, by {middle:.3g} m (median) and up to {most:.3g} m, and "
-        f"the low flight is measured to {measured:.2g} m: compare names, reference "
-        "systems and units of both files"
+        f"elsewhere here, by {number(middle)} m (median) and up to {number(most)} m, "
+        f"and the low flight is measured to {number(measured)} m: compare names, "
+        "reference systems and units of both files"
     )
     return [note]
 
