@@ -113,7 +113,8 @@ def test_memory_is_measured_whatever_was_taken_before():
     """Otherwise the bound above holds wherever another test has taken as much."""
     for _ in range(2):
         before = begin_to_measure()
-        taken = np.ones(400 * 2**17)
+        # a kernel adds up the pages of each thread now and then: some MB are not seen
+        taken = np.ones(410 * 2**17)
         assert peak_megabytes() - before >= 400
         del taken
 

@@ -32,7 +32,7 @@ def test_every_solution_is_examined_in_its_own_way(
 
 
 def test_where_the_two_steps_are_not_possible_nothing_shows():
-    examined = examine(WithoutTwoSteps(None, "too little control"))
+    examined = examine(WithoutTwoSteps(None, {}, "too little control"))
     assert type(examined) is NothingExamined
     assert not examined.is_possible
     assert examined.components is None
