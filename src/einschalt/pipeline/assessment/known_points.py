@@ -54,9 +54,7 @@ class KnownPoints:
     @property
     def rms(self) -> float:
         """Root mean square of the differences, TOTAL [m]; NaN without points."""
-        squares = np.sum(self.differences**2, axis=1)
-        squares = squares[np.isfinite(squares)]
-        return float(np.sqrt(squares.mean())) if len(squares) else np.nan
+        return total_rms(self.differences)
 
     @property
     def ratio(self) -> float:
@@ -99,6 +97,13 @@ class KnownPoints:
 
     def _limits(self):
         return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
+
+
+def total_rms(differences):
+    """Root mean square of differences (n, 2), TOTAL [m]; NaN where none is known."""
+    squares = np.sum(differences**2, axis=1)
+    squares = squares[np.isfinite(squares)]
+    return float(np.sqrt(squares.mean())) if len(squares) else np.nan
 
 
 def check_points(examined) -> KnownPoints:

@@ -13,6 +13,7 @@ from einschalt.pipeline.block.given_points import (
     fitted_onto,
     known_of_models,
 )
+from einschalt.pipeline.densification.result_tables import MODEL
 from einschalt.pipeline.densification.simultaneous import PLANE_KINDS
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
@@ -35,7 +36,6 @@ from einschalt.stages.stage5_double_coverage import (
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
-MODEL = ["coverage", "model_id"]
 TOGETHER = 'Or adjust all models together: method = "auto"'
 
 
@@ -78,7 +78,8 @@ def transform_low_flight(
 def _tied_models(block, model_points, settings, failures):
     """Models that have too few given points, and that one adjustment can place.
 
-    DataFrame of coverage, model_id. None where it was asked for, or cannot be made.
+    DataFrame of coverage, model_id; without rows where one adjustment was asked for,
+    or cannot be made.
     """
     control, kind = block.control_points, block.low_flight.transformation
     is_adjustable = control is not None and kind in (*PLANE_KINDS, SPATIAL)

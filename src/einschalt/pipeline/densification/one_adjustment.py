@@ -13,6 +13,7 @@ from einschalt.pipeline.densification.gross_errors import (
     no_gross_measurements,
 )
 from einschalt.pipeline.densification.result_tables import (
+    MODEL,
     failures_of,
     of_orientations,
     with_roles,
@@ -39,7 +40,6 @@ from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.block_adjustment.gross_errors import NORMS
 
-MODEL = ["coverage", "model_id"]
 NOTHING_HELD = mark_each(
     {
         "high_flight": "the adjustment holds no model of the high flight.",

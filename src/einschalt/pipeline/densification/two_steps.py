@@ -32,6 +32,7 @@ from einschalt.pipeline.densification.residual_test_weights import (
 from einschalt.pipeline.densification.result_tables import (
     HIGH,
     LOW,
+    MODEL,
     failures_of,
     models_with_parameters,
     of_orientations,
@@ -69,7 +70,6 @@ from einschalt.theory.block_adjustment.own_deformation import OwnDeformation
 from einschalt.theory.block_adjustment.own_deformation_size import MOST_MODELS
 
 PLANE_POINT = ["point_id", "easting", "northing"]
-MODEL = ["coverage", "model_id"]
 VALUE_COLUMNS = [*MODEL, *PLANE_POINT]
 
 

@@ -10,6 +10,9 @@ An exchange of the points i and j is e = d at i and -d at j, d = l_j - l_i. So a
 are tried with one answer of the block to each given coordinate. No change of l takes
 more than vᵀ P (P R)⁺ P v from Ω, which given coordinates explain: the rest is of other
 errors, gross ones of measurements among them.
+
+Source of R: Baarda 1968, A testing procedure for use in geodetic networks. See
+docs/theory/claim.md.
 """
 
 from dataclasses import dataclass
@@ -40,9 +43,10 @@ class PairsOfGivenPoints:
     def chance(self):
         """Probability that some pair leaves so little of errors of any other kind.
 
-        They lie anywhere in a space of r = ``n_checks`` dimensions; a change that is
-        given leaves a share q or less of their square with q^(r/2), the part of a ball
-        that one of its square takes (Bonferroni for all pairs).
+        Of each pair, shape (n_given, n_given). These errors lie anywhere in a space of
+        r = ``n_checks`` dimensions; a change that is given leaves a share q or less of
+        their square with q^(r/2), the part of a ball that one of its square takes
+        (Bonferroni for all pairs).
         """
         n = len(self.places)
         chance = np.minimum(self.left, 1.0) ** (self.n_checks / 2.0)
@@ -52,8 +56,19 @@ class PairsOfGivenPoints:
 def pairs_of_given_points(solution, most=MOST_GIVEN) -> PairsOfGivenPoints:
     """Exchange every pair of the given points of an adjusted block of plane models.
 
-    Of more than ``most`` those that contradict most, by the size of their residuals.
     Errors that given points share are counted as if each had its own.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+        Linear in the given coordinates. Points that are held are not exchanged.
+    most : int
+        Of more given points those with the largest residuals are tried.
+
+    Returns
+    -------
+    PairsOfGivenPoints
+        ``left`` is infinite for all pairs where given points are missed by nothing.
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control & ~observations.is_fixed)

@@ -264,10 +264,13 @@ def displaced_region(finding):
         details = [
             line
             for part in parts
-            for line in (_place(1, finding, part), *_control(finding, part))
+            for line in (
+                _place(finding, part, is_one_of_several=True),
+                *_control(finding, part),
+            )
         ]
     else:
-        message, details = _place(0, finding, facts), _control(finding, facts)
+        message, details = _place(finding, facts), _control(finding, facts)
     return Suggestion(
         message,
         translated(REMEDIES[finding.remedy]),
@@ -275,10 +278,11 @@ def displaced_region(finding):
     )
 
 
-def _place(of_several, finding, part):
+def _place(finding, part, *, is_one_of_several=False):
     """A sentence on one region."""
     given = finding.facts.get("given", "approximate_points")
-    words = WORDS_OF_REGION[given, part.get("is_scattered", False)][of_several]
+    alone, among = WORDS_OF_REGION[given, part.get("is_scattered", False)]
+    words = among if is_one_of_several else alone
     places = {
         "middle_east": fixed(part["middle_easting"], 0),
         "middle_north": fixed(part["middle_northing"], 0),

@@ -16,7 +16,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     new_points_apart,
 )
-from einschalt.pipeline.assessment.known_points import DIFFERENCES
+from einschalt.pipeline.assessment.known_points import DIFFERENCES, total_rms
 from einschalt.pipeline.densification.simultaneous import ADJUSTED_AS, block_tables
 from einschalt.stages.error_propagation.given_points import (
     PLAN,
@@ -57,18 +57,37 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
     """
     if examined.block.control_points is None:
         return None
-    # models that were given up may have been so for the pair
-    flights = examined.all_in_two_steps.solution.flights
-    if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
+    if not _is_small(_all_flights(examined)):
         return None
-    measure = next((each for each in MEASURES if _is_missed(examined, each)), None)
-    if measure is None:
-        return None
-    for pair in _pairs(examined, flights):
-        found = _tried(examined, measure, pair)
+    for measure in MEASURES:
+        missed = measure(examined)
+        if _is_too_far(examined, measure, missed):
+            return _first_of(examined, measure, missed)
+    return None
+
+
+def _first_of(examined, measure, missed):
+    """The first pair that explains what given points are missed by, or None."""
+    for pair in _pairs(examined):
+        found = _tried(examined, measure, missed, pair)
         if found is not None:
             return found
     return None
+
+
+def adjusted_in_plan(examined):
+    """All models adjusted at once in plan, and the names of its points, or None."""
+    return _in_plan(examined.block, _all_flights(examined))
+
+
+def _all_flights(examined):
+    """The flights with models that were given up, which may have been so for a pair."""
+    return examined.all_in_two_steps.solution.flights
+
+
+def _is_small(flights):
+    measured = sum(len(flight.model_points) for flight in flights.values())
+    return measured <= MOST_MEASURED
 
 
 def with_control_exchanged(error, block, flights, solve):
@@ -76,11 +95,10 @@ def with_control_exchanged(error, block, flights, solve):
 
     Two that ``solve(block)`` does not fail with under each other's name.
     """
-    if sum(len(flight.model_points) for flight in flights.values()) > MOST_MEASURED:
+    is_possible = block.control_points is not None and _control_is_fitted(block)
+    if not (is_possible and _is_small(flights)):
         return error
-    if block.control_points is None or not _control_is_fitted(block):
-        return error
-    for pair in _pairs_that_adjust(block, flights):
+    for pair in _pairs_that_adjust(_in_plan(block, flights), FINDING_SIGNIFICANCE):
         try:
             solve(with_names_exchanged(block, pair))
         except EinschaltError:
@@ -144,22 +162,20 @@ def _missed_in_plan(examined):
     is_doubtful = is_coarse or not examined.failures.empty
     if not (is_doubtful and _control_is_fitted(block)):
         return np.nan
-    found = _adjusted_in_plan(block, examined.all_in_two_steps.solution.flights)
-    if found is None:
-        return np.nan
-    return _root_mean_square(found[0].control_residuals)
+    found = examined.adjusted_in_plan
+    return np.nan if found is None else total_rms(found[0].control_residuals)
 
 
 MEASURES = (_missed_in_two_steps, _missed, _missed_in_plan)
 
 
-def _is_missed(examined, measure):
+def _is_too_far(examined, measure, missed):
     """Whether given points are missed by more than is stated or claimed.
 
     What is claimed does not tell alone: a model on three points meets a wrong one with
     errors as large.
     """
-    missed, stated = measure(examined), _stated(examined.block)
+    stated = _stated(examined.block)
     if not missed > 0.0:
         return False
     if missed > LEAST_IMPROVEMENT * stated:
@@ -186,22 +202,16 @@ def _stated(block):
 def _rms(judged):
     """What given points are missed by, set aside or not, TOTAL (RMS) [m]."""
     points = judged.points
-    return _root_mean_square(values_of(points[points["role"] != "new"], DIFFERENCES))
+    return total_rms(values_of(points[points["role"] != "new"], DIFFERENCES))
 
 
-def _root_mean_square(differences):
-    squares = np.sum(differences[:, :2] ** 2, axis=1)
-    squares = squares[np.isfinite(squares)]
-    return float(np.sqrt(squares.mean())) if len(squares) else np.nan
-
-
-def _pairs(examined, flights):
+def _pairs(examined):
     """Pairs of names that may be exchanged, a few, the best first."""
     if _control_is_fitted(examined.block):
         # two opposite corners exchanged are a mirror, which shows by itself
         is_mirrored = examined.frame.is_mirrored
         level = LEVEL_OF_MIRROR if is_mirrored else FINDING_SIGNIFICANCE
-        return _pairs_that_adjust(examined.block, flights, level)
+        return _pairs_that_adjust(examined.adjusted_in_plan, level)
     two_step = examined.all_in_two_steps
     return _pairs_that_match(two_step) if two_step.is_possible else []
 
@@ -221,22 +231,21 @@ def _pairs_that_match(two_step):
     return _best(names, away, LEAST_IMPROVEMENT * away < apart)
 
 
-def _pairs_that_adjust(block, flights, significance=FINDING_SIGNIFICANCE):
+def _pairs_that_adjust(in_plan, significance):
     """Pairs that leave least of what an adjustment misses given points by."""
-    found = _adjusted_in_plan(block, flights)
-    if found is None:
+    if in_plan is None:
         return []
-    solution, names = found
+    solution, names = in_plan
     pairs = pairs_of_given_points(solution)
     is_better = LEAST_IMPROVEMENT**2 * pairs.left < 1.0
     is_better &= pairs.chance() <= significance
     return _best(names[pairs.places], pairs.left, is_better)
 
 
-def _adjusted_in_plan(block, flights):
-    """All models adjusted at once in plan, onto check points as well.
+def _in_plan(block, flights):
+    """All models adjusted at once in plan, onto check points as well, and names.
 
-    And the names of its points. None where given points do not hold all models at once.
+    None where given points do not hold all models at once.
     """
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
@@ -259,16 +268,15 @@ def _best(names, score, is_pair):
     return [(str(names[one[k]]), str(names[other[k]])) for k in best]
 
 
-def _tried(examined, measure, pair):
+def _tried(examined, measure, missed, pair):
     """The pair, if the block with both put right misses given points by far less."""
-    before = measure(examined)
     try:
         again = examined.computed_again(with_names_exchanged(examined.block, pair))
     except EinschaltError:  # nothing is gained
         return None
     # models that failed for the pair need not fail then
     after = np.nan_to_num(measure(again), nan=_rms(again))
-    if not LEAST_IMPROVEMENT * after < before:
+    if not LEAST_IMPROVEMENT * after < missed:
         return None
     if examined.frame.is_mirrored and again.frame.is_mirrored:
         return None
@@ -276,4 +284,4 @@ def _tried(examined, measure, pair):
     given = given.set_index("point_id").loc[list(pair), PLAN].to_numpy(dtype=float)
     moved = new_points_apart(examined, again.points)
     apart = float(np.hypot(*(given[1] - given[0])))
-    return ExchangedControl(pair, apart, before, after, again, moved)
+    return ExchangedControl(pair, apart, missed, after, again, moved)

@@ -20,6 +20,7 @@ import numpy as np
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.control.exchanged_control import (
+    adjusted_in_plan,
     find_exchanged_control,
 )
 from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
@@ -96,6 +97,7 @@ class BesideDisplacedRegion:
     is_with_regions_back = False
     network_step = cached_property(network_step)
     smooth_strain = cached_property(smooth_strain)
+    adjusted_in_plan = cached_property(adjusted_in_plan)
     exchanged_control = cached_property(find_exchanged_control)
 
     def computed_again(self, block, settings=None, flights=None, gross=None):
