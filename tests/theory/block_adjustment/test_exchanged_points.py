@@ -1,4 +1,4 @@
-"""Pairs of given points exchanged at once, against as many adjustments."""
+"""Names of given points put right at once, against as many adjustments."""
 
 from dataclasses import replace
 
@@ -6,13 +6,25 @@ import numpy as np
 import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
-from einschalt.theory.block_adjustment.exchanged_points import pairs_of_given_points
+from einschalt.theory.block_adjustment.exchanged_points import (
+    names_of_given_points,
+    put_right,
+    slipped_names,
+)
+
+
+def renamed(block, order):
+    """The coordinates of the k-th given point under the name of the order[k]-th."""
+    places = np.flatnonzero(block.is_control)
+    control = block.control.copy()
+    control[places[order]] = control[places]
+    return replace(block, control=control)
 
 
 def exchanged(block, one, other):
-    control = block.control.copy()
-    control[[one, other]] = control[[other, one]]
-    return replace(block, control=control)
+    order = np.arange(np.count_nonzero(block.is_control))
+    order[[one, other]] = order[[other, one]]
+    return renamed(block, order)
 
 
 def without_control_errors(block):
@@ -23,20 +35,110 @@ def without_control_errors(block):
 
 @pytest.mark.parametrize("kind", ["affine", "helmert", "mixed"])
 def test_pairs_are_those_of_as_many_adjustments(make_block, kind):
-    block = make_block("grid", kind)
-    places = np.flatnonzero(block.is_control)
-    bad = exchanged(block, places[1], places[4])
-    pairs = pairs_of_given_points(adjust(bad))
-    np.testing.assert_array_equal(pairs.places, places)
+    bad = exchanged(make_block("grid", kind), 1, 4)
+    names = names_of_given_points(adjust(bad))
+    np.testing.assert_array_equal(names.places, np.flatnonzero(bad.is_control))
     least = without_control_errors(bad)
     before = adjust(bad).sum_of_squares - least
+    pairs = names.left_with_another_pair(names.as_given)
     for one, other in [(0, 1), (1, 4), (2, 5), (4, 0)]:
-        again = adjust(exchanged(bad, places[one], places[other]))
+        again = adjust(exchanged(bad, one, other))
         left = (again.sum_of_squares - least) / before
-        assert pairs.left[one, other] == pytest.approx(left, rel=1e-5, abs=1e-7)
-        assert pairs.left[other, one] == pytest.approx(pairs.left[one, other])
-    best = np.unravel_index(np.argmin(pairs.left), pairs.left.shape)
+        assert pairs[one, other] == pytest.approx(left, rel=1e-5, abs=1e-7)
+        assert pairs[other, one] == pytest.approx(pairs[one, other])
+    best = np.unravel_index(np.argmin(pairs), pairs.shape)
     assert set(best) == {1, 4}
+    (found, *_) = put_right(names)
+    np.testing.assert_array_equal(
+        np.flatnonzero(found.orders[0] != names.as_given), best
+    )
+    assert found.left[0] == pairs[1, 4]
+
+
+def test_further_pairs_are_those_of_as_many_adjustments(make_block):
+    order = np.array([2, 0, 1, 4, 3, *range(5, 9)])
+    block = make_block("grid", "affine", every=5)
+    bad = renamed(block, np.resize(order, np.count_nonzero(block.is_control)))
+    names = names_of_given_points(adjust(bad))
+    least = without_control_errors(bad)
+    before = adjust(bad).sum_of_squares - least
+    first = exchanged(bad, 0, 2)
+    order = names.as_given
+    order[[0, 2]] = [2, 0]
+    further = names.left_with_another_pair(order)
+    for one, other in [(3, 4), (0, 1), (1, 2)]:
+        left = (adjust(exchanged(first, one, other)).sum_of_squares - least) / before
+        assert further[one, other] == pytest.approx(left, rel=1e-5, abs=1e-7)
+        again = order.copy()
+        again[[one, other]] = order[[other, one]]
+        assert names.left(again[None])[0] == pytest.approx(left, rel=1e-5, abs=1e-7)
+
+
+MIXED = {
+    "two pairs": [(0, 5), (3, 1)],
+    "three that went round": [(2, 6), (6, 8)],
+    "five that went round": [(0, 3), (3, 5), (5, 7), (7, 8)],
+}
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+@pytest.mark.parametrize("mixed", MIXED)
+def test_names_that_were_mixed_are_put_right(make_block, kind, mixed):
+    block = make_block("grid", kind)
+    n = np.count_nonzero(block.is_control)
+    order = np.arange(n)
+    for one, other in MIXED[mixed]:
+        order[[one, other]] = order[[other, one]]
+    names = names_of_given_points(adjust(renamed(block, order)))
+    found = put_right(names)[len(MIXED[mixed]) - 1]
+    np.testing.assert_array_equal(found.orders[0], order)
+    assert found.left[0] < 1e-4
+    assert found.log_chance[0] < np.log(1e-6)
+    assert found.left[0] < 0.04 * put_right(names)[0].left[0]
+
+
+@pytest.mark.parametrize("rows", [1, -2])
+def test_names_that_slipped_are_one_mistake(make_block, rows):
+    """Of a part of the list, in the order of the list."""
+    block = make_block("dense grid", "affine", every=5)
+    n = np.count_nonzero(block.is_control)
+    listed = np.random.default_rng(2).permutation(n)
+    order = np.arange(n)
+    order[listed[2:]] = np.roll(listed[2:], rows)
+    names = names_of_given_points(adjust(renamed(block, order)))
+    found = put_right(names, slipped_names(listed, n))[1]
+    assert found.n_mistakes == 1
+    np.testing.assert_array_equal(found.orders[0], order)
+    assert found.left[0] < 1e-4
+    assert found.log_chance[0] < np.log(1e-6)
+
+
+def test_ends_of_long_lists_may_have_slipped():
+    orders = slipped_names(np.arange(100), 100)
+    moved = [np.flatnonzero(order != np.arange(100)) for order in orders]
+    assert all(part[0] == 0 or part[-1] == 99 for part in moved)
+    few = slipped_names(np.array([1, 4, 2]), 6)
+    assert len(few) == 4  # by one or two rows, either way
+    assert all((order[[0, 3, 5]] == [0, 3, 5]).all() for order in few)
+
+
+@pytest.mark.parametrize("n_wrong", [1, 2, 4])
+def test_wrong_points_are_no_mixed_names(make_block, n_wrong):
+    """Errors as large as points lie apart, which exchanges take a part of."""
+    block = make_block("dense grid", "affine", every=5)
+    places = np.flatnonzero(block.is_control)
+    rng = np.random.default_rng(n_wrong)
+    for _ in range(40):
+        control = block.control.copy()
+        wrong = rng.choice(places, n_wrong, replace=False)
+        control[wrong] += rng.normal(0.0, 500.0, (n_wrong, 2))
+        names = names_of_given_points(adjust(replace(block, control=control)))
+        found = put_right(names, slipped_names(np.arange(len(places)), len(places)))
+        is_likely = [np.exp(f.log_chance) < 1e-3 for f in found]
+        assert all(
+            (f.left[likely] > 1 / 25).all()
+            for f, likely in zip(found, is_likely, strict=True)
+        )
 
 
 @pytest.mark.parametrize(
@@ -54,8 +156,8 @@ def test_chance_is_that_of_random_errors(make_block, kind, every, share):
     for _ in range(100):
         control = block.control.copy()
         control[places] += size * rng.normal(size=(len(places), 2))
-        pairs = pairs_of_given_points(adjust(replace(block, control=control)))
-        found.append(pairs.chance().min())
+        names = names_of_given_points(adjust(replace(block, control=control)))
+        found.append(np.exp(put_right(names)[0].log_chance.min()))
     assert np.mean(np.array(found) <= 0.1) <= 0.1
     assert min(found) < 0.5
 
@@ -63,18 +165,19 @@ def test_chance_is_that_of_random_errors(make_block, kind, every, share):
 def test_of_many_points_those_that_contradict_most_are_tried(make_block):
     block = make_block("dense grid", "affine", every=3)
     places = np.flatnonzero(block.is_control)
-    solution = adjust(exchanged(block, places[3], places[7]))
-    pairs = pairs_of_given_points(solution, most=8)
-    assert len(pairs.places) == 8 < len(places)
-    best = np.unravel_index(np.argmin(pairs.left), pairs.left.shape)
-    assert set(pairs.places[list(best)]) == {places[3], places[7]}
-    assert pairs.chance().min() < 1e-6
+    solution = adjust(exchanged(block, 3, 7))
+    names = names_of_given_points(solution, most=8)
+    assert len(names.places) == 8 < len(places)
+    (found, *_) = put_right(names)
+    moved = found.orders[0] != names.as_given
+    assert set(names.places[moved]) == {places[3], places[7]}
+    assert found.log_chance[0] < np.log(1e-6)
 
 
 def test_held_control_is_not_exchanged(make_block):
     block = make_block("grid", "affine")
     covariance = block.control_covariance.copy()
     covariance[block.is_control] = 0.0
-    pairs = pairs_of_given_points(adjust(replace(block, control_covariance=covariance)))
-    assert len(pairs.places) == 0
-    assert pairs.left.shape == (0, 0)
+    names = names_of_given_points(adjust(replace(block, control_covariance=covariance)))
+    assert len(names.places) == 0
+    assert put_right(names) == []

@@ -62,7 +62,11 @@ FACTS = Part(
         "rms": ("m", "differences at the known points, TOTAL, RMS"),
         "rms_exchanged": (
             "m",
-            "the same with the names of both control points exchanged, TOTAL, RMS",
+            "the same with the names of the control points put right, TOTAL, RMS",
+        ),
+        "given_as": (
+            "",
+            "name under which the coordinates of each of the points are given",
         ),
         "claimed": (
             "m",

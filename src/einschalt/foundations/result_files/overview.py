@@ -279,8 +279,8 @@ CREDIBLE = Part(
                 "single given points are wrong, and their effect is added to the rest"
             ),
             "exchanged_control": (
-                "two control points are under each other's name, and the effect is "
-                "added to the figure with both put right"
+                "control points are under each other's name, and the effect is added "
+                "to the figure with the names put right"
             ),
         },
         "doubt": {

@@ -11,9 +11,7 @@ MEANINGS = mark_each(
         "exchanged_image_names": (
             "Two points of a photograph that were measured under each other's name."
         ),
-        "exchanged_control": (
-            "Two control points lie each where the other one is given."
-        ),
+        "exchanged_control": ("Control points lie where others of them are given."),
         "control_under_another_name": (
             "A control point lies far from where it is given, and a new point lies "
             "there."
@@ -234,8 +232,9 @@ CAUSES = mark_each(
             "Names were exchanged while the photograph was measured, or in its file."
         ),
         "exchanged_control": (
-            "Two names were exchanged in the list of control, or both points were "
-            "measured under each other's name everywhere."
+            "Names were exchanged in the list of control, have gone round or slipped "
+            "by some rows, or the points were measured under each other's name "
+            "everywhere."
         ),
         "control_under_another_name": (
             "The names of both points are exchanged in all measurements, or the list "

@@ -15,10 +15,10 @@ TESTS = mark_each(
             "the photograph."
         ),
         "exchanged_control": (
-            "Control that an adjustment of all models in plan refuses: whether two "
-            "points lie where the other one is given, to a fifth of their distance; "
-            "and whether the block with both names exchanged misses its control by a "
-            "fifth of what it did."
+            "Control that an adjustment of all models in plan refuses: whether points "
+            "lie where others of them are given, to a fifth of their distance; and "
+            "whether the block with the names put right misses its control by a fifth "
+            "of what it did."
         ),
         "control_under_another_name": (
             "Whether a new point lies where a control point is given that itself lies "
@@ -268,7 +268,7 @@ TESTS = mark_each(
 REMEDIES_OF = {
     "exchanged_names": ("put_the_names_right", "compare_names_of_both_flights"),
     "exchanged_image_names": ("put_the_names_right",),
-    "exchanged_control": ("exchange_control_names",),
+    "exchanged_control": ("exchange_control_names", "put_control_names_right"),
     "control_under_another_name": ("correct_control_name",),
     "kept_gross_measurements": ("measure_again_or_snoop",),
     "other_targets": ("compare_targets",),

@@ -54,7 +54,7 @@ CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
         "exchanged_image_names": "correct the exchanged names first",
-        "exchanged_control": "exchange two names of control first",
+        "exchanged_control": "put the names of control right first",
         "models_upside_down": "correct the mirrored models first",
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",

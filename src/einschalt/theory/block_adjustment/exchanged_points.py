@@ -1,4 +1,4 @@
-"""Two given points under each other's name: what their exchange leaves of a block.
+"""Given points under each other's name: what putting names right leaves of a block.
 
 The adjustment is linear in the given coordinates l, whatever the models are like: their
 residuals v = l - l_adjusted change by R e if l changes by e, with the redundancy matrix
@@ -6,10 +6,12 @@ R = I - H of the given points among each other, and so does the sum of squares,
 
     Ω(e) = Ω + 2 eᵀ P v + eᵀ P R e.
 
-An exchange of the points i and j is e = d at i and -d at j, d = l_j - l_i. So all pairs
-are tried with one answer of the block to each given coordinate. No change of l takes
-more than vᵀ P (P R)⁺ P v from Ω, which given coordinates explain: the rest is of other
-errors, gross ones of measurements among them.
+Names that are put right are e = l_σ(i) - l_i at each point i whose coordinates stand
+under the name σ(i); an exchange of two is its shortest. So all pairs are tried with one
+answer of the block to each given coordinate, and again all pairs after the best ones:
+two pairs, or names that went round, are some exchanges one after the other. No change
+of l takes more than vᵀ P (P R)⁺ P v from Ω, which given coordinates explain: the rest
+is of other errors, gross ones of measurements among them.
 
 Source of R: Baarda 1968, A testing procedure for use in geodetic networks. See
 docs/theory/claim.md.
@@ -25,36 +27,95 @@ MOST_GIVEN = 500
 AT_ONCE = 64
 # of the largest element, added to the diagonal of P R, which no shift of all changes
 HOLD = 1e-10
+# one after the other, and those in a row that gain nothing: one may lead away from what
+# two lead to
+MOST_EXCHANGES, MOST_IDLE = 20, 2
+# orders that further exchanges start from
+MOST_KEPT = 12
+# rows by which the names of a list, or of a part of it, have slipped
+SLIPS = (1, -1, 2, -2, 3, -3)
+# rows of a list of which every part may have slipped; of a longer one its ends
+MOST_OF_PARTS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class PairsOfGivenPoints:
-    """What is left of a block with two of its given points exchanged."""
+class NamesOfGivenPoints:
+    """A block with the coordinates of its given points under other names.
+
+    An ``order`` has for each point the place of the name under which its coordinates
+    stand, (n_given,).
+    """
 
     # (n_given,): the given points that were tried, rows of the points of the block
     places: np.ndarray
-    # (n_given, n_given): share of what given coordinates explain of the sum of squares
-    # that is left with both exchanged; infinite on the diagonal
-    left: np.ndarray
+    given: np.ndarray  # their coordinates, (n_given, d)
+    matrix: np.ndarray  # P R, (n_given, n_given, d, d)
+    pull: np.ndarray  # P v, (n_given, d)
+    explained: float  # the most that given coordinates take from the sum of squares
     # coordinates that check each other as well as so many would whose redundancies are
     # equal: (tr R)²/tr R² (Satterthwaite 1946)
     n_checks: float
 
-    def chance(self):
-        """Probability that some pair leaves so little of errors of any other kind.
+    @property
+    def as_given(self):
+        """The order of names that are as they are, (n_given,)."""
+        return np.arange(len(self.places))
 
-        Of each pair, shape (n_given, n_given). These errors lie anywhere in a space of
-        r = ``n_checks`` dimensions; a change that is given leaves a share q or less of
-        their square with q^(r/2), the part of a ball that one of its square takes
-        (Bonferroni for all pairs).
+    def left(self, orders):
+        """Share of what given coordinates explain that is left, shape (n_orders,).
+
+        Infinite where nothing is there to be explained.
         """
-        n = len(self.places)
-        chance = np.minimum(self.left, 1.0) ** (self.n_checks / 2.0)
-        return np.minimum(n * (n - 1) / 2.0 * chance, 1.0)
+        change = (self.given[orders] - self.given).reshape(len(orders), -1)
+        answer = change @ _whole(self.matrix)
+        squares = np.sum(change * (2.0 * self.pull.ravel() + answer), axis=1)
+        return self._share(squares)
+
+    def left_with_another_pair(self, order):
+        """The same with any two exchanged besides, (n_given, n_given)."""
+        given = self.given[order]
+        change = given - self.given
+        pull = self.pull + np.einsum("ijab,jb->ia", self.matrix, change)
+        before = np.sum(change * (self.pull + pull))
+        own = np.einsum("iiab->iab", self.matrix)
+        both = own[:, None] + own - self.matrix - np.swapaxes(self.matrix, 0, 1)
+        further = given - given[:, None]
+        squares = np.einsum("ija,ijab,ijb->ij", further, both, further)
+        squares += 2.0 * np.sum(further * (pull[:, None] - pull), axis=2)
+        left = self._share(before + squares)
+        np.fill_diagonal(left, np.inf)
+        return left
+
+    def _share(self, squares):
+        if not self.explained > 0.0:
+            return np.full(squares.shape, np.inf)
+        return np.maximum(self.explained + squares, 0.0) / self.explained
+
+    def log_chance(self, left, log_trials):
+        """Logarithm of the probability that some trial leaves so little by chance.
+
+        Of errors of any other kind, which lie anywhere in a space of r = ``n_checks``
+        dimensions; a change that is given leaves a share q or less of their square with
+        q^(r/2), the part of a ball that one of its square takes (Bonferroni).
+        """
+        with np.errstate(divide="ignore"):
+            log_share = np.log(np.minimum(left, 1.0))
+        return np.minimum(log_trials + self.n_checks / 2.0 * log_share, 0.0)
 
 
-def pairs_of_given_points(solution, most=MOST_GIVEN) -> PairsOfGivenPoints:
-    """Exchange every pair of the given points of an adjusted block of plane models.
+@dataclass(frozen=True, eq=False)
+class PutRight:
+    """Orders that so many mistakes lead to, the one that leaves least first."""
+
+    n_mistakes: int
+    orders: np.ndarray  # (n_orders, n_given)
+    left: np.ndarray  # share of what given coordinates explain, (n_orders,)
+    # that errors of any other kind leave so little, (n_orders,): logarithm
+    log_chance: np.ndarray
+
+
+def names_of_given_points(solution, most=MOST_GIVEN) -> NamesOfGivenPoints:
+    """How a block of plane models answers to other coordinates of its given points.
 
     Errors that given points share are counted as if each had its own.
 
@@ -64,11 +125,6 @@ def pairs_of_given_points(solution, most=MOST_GIVEN) -> PairsOfGivenPoints:
         Linear in the given coordinates. Points that are held are not exchanged.
     most : int
         Of more given points those with the largest residuals are tried.
-
-    Returns
-    -------
-    PairsOfGivenPoints
-        ``left`` is infinite for all pairs where given points are missed by nothing.
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control & ~observations.is_fixed)
@@ -79,32 +135,125 @@ def pairs_of_given_points(solution, most=MOST_GIVEN) -> PairsOfGivenPoints:
     n, d = given.shape
     hat = _answers(solution, places)  # of coordinate b of point j in a of point i
     redundancy = np.eye(n * d).reshape(n, d, n, d) - hat
-    matrix = np.einsum("iab,ibjc->ijac", weight, redundancy)  # P R
-    own = matrix[np.arange(n), np.arange(n)]
-    both = own[:, None] + own - matrix - np.swapaxes(matrix, 0, 1)
+    matrix = np.einsum("iab,ibjc->ijac", weight, redundancy)
     # adjusted less given
     pull = -np.einsum("iab,ib->ia", weight, solution.control_residuals[places])
-    change = given - given[:, None]
-    squares = np.einsum("ija,ijab,ijb->ij", change, both, change)
-    squares += 2.0 * np.sum(change * (pull[:, None] - pull), axis=2)
     explained = _explained(matrix, pull) if n else 0.0
-    left = np.full((n, n), np.inf)  # where nothing is there to be explained
-    if explained > 0.0:
-        left = np.maximum(explained + squares, 0.0) / explained
-        np.fill_diagonal(left, np.inf)
     trace = np.einsum("iaia->", redundancy)
     of_square = np.einsum("iajb,jbia->", redundancy, redundancy)
     n_checks = float(trace**2 / of_square) if n else 0.0
-    return PairsOfGivenPoints(places, left, n_checks)
+    return NamesOfGivenPoints(places, given, matrix, pull, explained, n_checks)
+
+
+def put_right(names, starts=(), most_exchanges=MOST_EXCHANGES) -> list[PutRight]:
+    """Exchange names two by two, from the orders that explain the block best.
+
+    Until that gains nothing.
+
+    Parameters
+    ----------
+    names : NamesOfGivenPoints
+    starts : sequence of array, each (n_given,)
+        Orders that one mistake leads to, as by a line that a list has lost.
+    most_exchanges : int
+        One after the other.
+
+    Returns
+    -------
+    list of PutRight
+        Fewest mistakes first. Empty where given points are missed by nothing.
+    """
+    n = len(names.places)
+    if n < 2 or not names.explained > 0.0:
+        return []
+    log_pairs = np.log(n * (n - 1) / 2.0)
+    kept, found = names.as_given[None], []
+    least, n_idle = 1.0, 0
+    while len(found) < min(most_exchanges, n - 1) and n_idle < MOST_IDLE:
+        kept, left = _with_another_pair(names, kept)
+        n_exchanges = len(found) + 1
+        chance = names.log_chance(left, n_exchanges * log_pairs)
+        found.append(PutRight(n_exchanges, kept, left, chance))
+        n_idle = 0 if left[0] < least else n_idle + 1
+        least = min(least, left[0])
+    if len(starts):
+        found.insert(1, _of_lists(names, np.asarray(starts)))
+    return found
+
+
+def slipped_names(listed, n_given):
+    """Orders of points of which a part of the list has names slipped by some rows.
+
+    Parameters
+    ----------
+    listed : (n,) int array
+        Places of the points, or of some of them, in the order of their list.
+    n_given : int
+        Number of all points.
+
+    Returns
+    -------
+    list of (n_given,) int array
+        Every part of a list of up to 40 rows; the ends of a longer one.
+    """
+    n = len(listed)
+    parts = [
+        (first, last)
+        for first in range(n)
+        for last in range(first + 3, n + 1)
+        if n <= MOST_OF_PARTS or first == 0 or last == n
+    ]
+    orders = []
+    for first, last in parts:
+        part = listed[first:last]
+        for rows in SLIPS:
+            if abs(rows) < len(part):
+                order = np.arange(n_given)
+                order[part] = np.roll(part, rows)
+                orders.append(order)
+    return orders
+
+
+def _of_lists(names, orders):
+    left = names.left(orders)
+    best = np.argsort(left, kind="stable")[:MOST_KEPT]
+    chance = names.log_chance(left[best], np.log(len(orders)))
+    return PutRight(1, orders[best], left[best], chance)
+
+
+def _with_another_pair(names, orders):
+    """The best of all orders with two names exchanged besides, and what they leave."""
+    n = len(names.places)
+    one, other = np.triu_indices(n, 1)
+    left = [names.left_with_another_pair(order)[one, other] for order in orders]
+    left = np.concatenate(left)
+    # some lead to the same order: enough of them that so many differ
+    n_most = min(len(left), MOST_KEPT * len(orders))
+    best = np.argpartition(left, n_most - 1)[:n_most]
+    best = best[np.argsort(left[best], kind="stable")]
+    which, pair = np.divmod(best, len(one))
+    found = orders[which]
+    rows = np.arange(n_most)
+    one, other = one[pair], other[pair]
+    exchanged = found.copy()
+    exchanged[rows, one], exchanged[rows, other] = found[rows, other], found[rows, one]
+    _, first = np.unique(exchanged, axis=0, return_index=True)
+    first = np.sort(first)[:MOST_KEPT]
+    return exchanged[first], left[best[first]]
 
 
 def _explained(matrix, pull):
     """The most that a change of given coordinates takes from the sum of squares."""
-    n = pull.size
-    whole = matrix.swapaxes(1, 2).reshape(n, n)
-    whole = (whole + whole.T) / 2.0
-    held = whole + HOLD * np.abs(whole).max() * np.eye(n)
+    whole = _whole(matrix)
+    held = whole + HOLD * np.abs(whole).max() * np.eye(pull.size)
     return float(pull.ravel() @ np.linalg.solve(held, pull.ravel()))
+
+
+def _whole(matrix):
+    """Elements of points and coordinates as one symmetric matrix."""
+    n, _, d, _ = matrix.shape
+    whole = matrix.swapaxes(1, 2).reshape(n * d, n * d)
+    return (whole + whole.T) / 2.0
 
 
 def _answers(solution, places):

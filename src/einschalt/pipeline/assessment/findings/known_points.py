@@ -156,18 +156,21 @@ def _shifted(role, known, shift):
 
 
 def exchanged_control(examined):
-    """Two control points that lie where the other one is given."""
+    """Control points that lie where others of them are given."""
     found = examined.exchanged_control
     if found is None:
         return None
+    is_pair = len(found.given_as) == 2
     return finding(
         "exchanged_control",
-        names=found.points,
-        statistic="RMS of the differences at control points, and with both put right",
+        names=found.given_as,
+        statistic="RMS of the differences at control points, and with names put right",
         observed=found.rms,
         expected=found.rms_exchanged,
-        remedy="exchange_control_names",
+        remedy="exchange_control_names" if is_pair else "put_control_names_right",
         facts={
+            "n_points": len(found.given_as),
+            "given_as": tuple(found.given_as.values())[:MOST_NAMED],
             "apart": found.apart,
             "rms": found.rms,
             "rms_exchanged": found.rms_exchanged,

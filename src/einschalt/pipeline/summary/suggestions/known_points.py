@@ -1,10 +1,12 @@
 """What to say of known points that do not agree with the claimed figure."""
 
-from einschalt.foundations.language import mark, mark_each
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import names
 from einschalt.pipeline.summary.suggestion import filled
 
 MOST_NAMED = 3
+MOST_PLACES = 4
 REMEDIES = mark_each(
     {
         "trust_check_points": (
@@ -31,6 +33,10 @@ REMEDIES = mark_each(
         ),
         "exchange_control_names": (
             "Exchange their names in the list of control, or in all measurements, "
+            "whichever is wrong, and compute again"
+        ),
+        "put_control_names_right": (
+            "Put their names right in the list of control, or in all measurements, "
             "whichever is wrong, and compute again"
         ),
         "correct_control_name": (
@@ -72,6 +78,18 @@ EXCHANGED_MOVES = mark(
     "{rms_exchanged:length} (total, RMS) instead of {rms:length}, and the new points "
     "move by {moved:length}"
 )
+NAMES_MIXED = mark(
+    "{n_points:count control point} lie where others of them are given, up to "
+    "{apart:length} away ({places}): with the names put right the differences at "
+    "control are {rms_exchanged:length} (total, RMS) instead of {rms:length}"
+)
+NAMES_MIXED_MOVES = mark(
+    "{n_points:count control point} lie where others of them are given, up to "
+    "{apart:length} away ({places}): with the names put right the differences at "
+    "control are {rms_exchanged:length} (total, RMS) instead of {rms:length}, and the "
+    "new points move by {moved:length}"
+)
+PLACE = mark("{name} where {given} is given")
 UNDER_ANOTHER_NAME = mark(
     "Control point {control} lies {miss:length} from where it is given, and new point "
     "{other} lies there, {away:length} away"
@@ -121,10 +139,27 @@ def control_under_another_name(finding):
 
 
 def exchanged_control(finding):
-    """Which two it is, and what is gone with their names put right."""
-    one, other = (names([name]) for name in finding.names)
-    words = EXCHANGED_MOVES if finding.facts["moved"] > 0.0 else EXCHANGED
-    return filled(words, finding, one=one, other=other)
+    """Which they are, and what is gone with their names put right."""
+    moves = finding.facts["moved"] > 0.0
+    if finding.facts["n_points"] == 2:
+        one, other = (names([name]) for name in finding.names)
+        words = EXCHANGED_MOVES if moves else EXCHANGED
+        return filled(words, finding, one=one, other=other)
+    words = NAMES_MIXED_MOVES if moves else NAMES_MIXED
+    return filled(words, finding, places=_places(finding))
+
+
+def _places(finding):
+    """Where the first of some points lie, and how many more there are."""
+    pairs = list(zip(finding.names, finding.facts["given_as"], strict=True))
+    told = [
+        translated(PLACE, name=shortened(name), given=shortened(given))
+        for name, given in pairs[:MOST_PLACES]
+    ]
+    n_more = finding.facts["n_points"] - len(told)
+    if n_more > 0:
+        told.append(translated("and {n:further point|further points}", n=n_more))
+    return "; ".join(told)
 
 
 def lone_wrong_check_point(finding):

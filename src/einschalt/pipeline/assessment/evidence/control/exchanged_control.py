@@ -1,14 +1,17 @@
-"""Two control points that are given under each other's name.
+"""Control points that are given under each other's name.
 
-Each lies where the other is given. One that was fitted draws its models along; so all
-models are adjusted at once in plan, which is linear whatever the models are like, and
-every pair is exchanged there. The pair is the cause where the block, computed once more
-with the two put right, misses its control by a fifth of what it did.
+Each lies where another one is given: two of them, several that went round, or a part of
+the list whose names have slipped by some rows. One that was fitted draws its models
+along; so all models are adjusted at once in plan, which is linear whatever the models
+are like, and names are exchanged there. They are the cause where the block, computed
+once more with them put right, misses its control by a fifth of what it did.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
+from scipy.spatial import KDTree
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
@@ -25,12 +28,16 @@ from einschalt.stages.error_propagation.given_points import (
 from einschalt.stages.simultaneous.adjustment import determined_part
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import adjust
-from einschalt.theory.block_adjustment.exchanged_points import pairs_of_given_points
+from einschalt.theory.block_adjustment.exchanged_points import (
+    names_of_given_points,
+    put_right,
+    slipped_names,
+)
 
 # what control is missed by must become so many times smaller
 LEAST_IMPROVEMENT = 5.0
-# pairs, the one that matches best first, with which the block is computed again
-MOST_PAIRS = 3
+# ways to put names right, the likeliest first, with which the block is computed again
+MOST_TRIED = 3
 # of chance, where all models are mirrored and would not be
 LEVEL_OF_MIRROR = 0.05
 # measured points, beyond which a block is not computed again
@@ -39,18 +46,20 @@ MOST_MEASURED = 20_000
 
 @dataclass(frozen=True, eq=False)
 class ExchangedControl:
-    """A pair of control points under each other's name."""
+    """Control points under each other's name."""
 
-    points: tuple[str, str]
-    apart: float  # of their given coordinates [m]
+    # with the name under which the coordinates of each are given, in the order of the
+    # list
+    given_as: dict[str, str]
+    apart: float  # the farthest from where it is given [m]
     rms: float  # of the differences at all given points, TOTAL [m]
-    rms_exchanged: float  # the same of the block with both put right
+    rms_exchanged: float  # the same of the block with the names put right
     corrected: object  # examination of that block
     moved: Displacement  # the new points by putting it right
 
 
 def find_exchanged_control(examined) -> ExchangedControl | None:
-    """Look for a pair that explains what the block misses its given points by.
+    """Look for names that explain what the block misses its given points by.
 
     Control and check points. None where they are missed by no more than is stated and
     claimed, and of large blocks.
@@ -67,9 +76,9 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
 
 
 def _first_of(examined, measure, missed):
-    """The first pair that explains what given points are missed by, or None."""
-    for pair in _pairs(examined):
-        found = _tried(examined, measure, missed, pair)
+    """The first names that explain what given points are missed by, or None."""
+    for given_as in _likely(examined):
+        found = _tried(examined, measure, missed, given_as)
         if found is not None:
             return found
     return None
@@ -81,7 +90,7 @@ def adjusted_in_plan(examined):
 
 
 def _all_flights(examined):
-    """The flights with models that were given up, which may have been so for a pair."""
+    """The flights with models that were given up, which may be so for such names."""
     return examined.all_in_two_steps.solution.flights
 
 
@@ -91,41 +100,58 @@ def _is_small(flights):
 
 
 def with_control_exchanged(error, block, flights, solve):
-    """The same error, naming two control points as its cause where there are any.
+    """The same error, naming control points as its cause where there are any.
 
-    Two that ``solve(block)`` does not fail with under each other's name.
+    Under each other's name, which ``solve(block)`` does not fail with put right.
     """
     is_possible = block.control_points is not None and _control_is_fitted(block)
     if not (is_possible and _is_small(flights)):
         return error
-    for pair in _pairs_that_adjust(_in_plan(block, flights), FINDING_SIGNIFICANCE):
+    in_plan = _in_plan(block, flights)
+    for given_as in _that_adjust(block, in_plan, FINDING_SIGNIFICANCE):
         try:
-            solve(with_names_exchanged(block, pair))
+            solve(with_names_put_right(block, given_as))
         except EinschaltError:
             continue
-        return error.with_facts(
-            remedy=f"Exchange the names of control points {pair[0]} and {pair[1]}: "
-            "each lies where the other one is given"
-        )
+        return error.with_facts(remedy=_remedy(given_as))
     return error
 
 
-def with_names_exchanged(block, pair):
-    """A block whose given points have two names exchanged.
+def _remedy(given_as):
+    one, other = next(iter(given_as.items()))
+    if len(given_as) == 2:
+        return (
+            f"Exchange the names of control points {one} and {other}: each lies where "
+            "the other one is given"
+        )
+    n_more = len(given_as) - 1
+    return (
+        f"Put the names of control right: {one} lies where {other} is given, and "
+        f"{n_more} more lie where others of them are"
+    )
+
+
+def with_names_put_right(block, given_as):
+    """A block whose given points have the names of where they lie.
 
     Approximate points as well, where models are fitted onto control.
+
+    Parameters
+    ----------
+    block : Block
+    given_as : dict of str
+        The name under which the coordinates of each point are given.
     """
+    right = {given: name for name, given in given_as.items()}
     tables = ["control_points"]
     if _are_fitted_onto_control(block):
         tables.append("approximate_points")
-    return replace(block, **{n: _exchanged(getattr(block, n), pair) for n in tables})
+    return replace(block, **{n: _renamed(getattr(block, n), right) for n in tables})
 
 
-def _exchanged(points, pair):
-    names = points["point_id"].to_numpy(dtype=object, copy=True)
-    one, other = (names == name for name in pair)
-    names[one], names[other] = pair[1], pair[0]
-    return points.assign(point_id=names)
+def _renamed(points, right):
+    names = [right.get(name, name) for name in points["point_id"]]
+    return points.assign(point_id=np.array(names, dtype=object))
 
 
 def _control_is_fitted(block):
@@ -160,9 +186,7 @@ def _missed_in_plan(examined):
     claimed = np.fmax(figures.mean_within, figures.mean_paper)
     is_coarse = claimed > LEAST_IMPROVEMENT * _stated(block)
     is_doubtful = is_coarse or not examined.failures.empty
-    if not (is_doubtful and _control_is_fitted(block)):
-        return np.nan
-    found = examined.adjusted_in_plan
+    found = examined.adjusted_in_plan if is_doubtful else None
     return np.nan if found is None else total_rms(found[0].control_residuals)
 
 
@@ -205,19 +229,20 @@ def _rms(judged):
     return total_rms(values_of(points[points["role"] != "new"], DIFFERENCES))
 
 
-def _pairs(examined):
-    """Pairs of names that may be exchanged, a few, the best first."""
-    if _control_is_fitted(examined.block):
-        # two opposite corners exchanged are a mirror, which shows by itself
-        is_mirrored = examined.frame.is_mirrored
-        level = LEVEL_OF_MIRROR if is_mirrored else FINDING_SIGNIFICANCE
-        return _pairs_that_adjust(examined.adjusted_in_plan, level)
-    two_step = examined.all_in_two_steps
-    return _pairs_that_match(two_step) if two_step.is_possible else []
+def _likely(examined):
+    """Names under which points may be given, in some ways, the likeliest first."""
+    two_step, found = examined.all_in_two_steps, []
+    if two_step.is_possible and not _control_is_fitted(examined.block):
+        found = _that_match(two_step)
+    if found:
+        return found
+    # two opposite corners exchanged are a mirror, which shows by itself
+    level = LEVEL_OF_MIRROR if examined.frame.is_mirrored else FINDING_SIGNIFICANCE
+    return _that_adjust(examined.block, examined.adjusted_in_plan, level)
 
 
-def _pairs_that_match(two_step):
-    """Pairs each of which lies where the other is given."""
+def _that_match(two_step):
+    """Points each of which lies where another of them is given: all, and each round."""
     points = two_step.points
     points = points[points["role"] != "new"]
     names, there = points["point_id"].to_numpy(dtype=object), values_of(points, PLAN)
@@ -225,21 +250,60 @@ def _pairs_that_match(two_step):
     known = given.set_index("point_id")[PLAN].reindex(names).to_numpy(dtype=float)
     is_known = np.isfinite(known).all(axis=1) & np.isfinite(there).all(axis=1)
     names, known, there = names[is_known], known[is_known], there[is_known]
-    squares = np.sum((there[:, None] - known) ** 2, axis=2)
-    away = np.sqrt((squares + squares.T) / 2.0)  # of both, RMS
-    apart = np.hypot(*np.moveaxis(known[:, None] - known, 2, 0))
-    return _best(names, away, LEAST_IMPROVEMENT * away < apart)
+    if not len(names):
+        return []
+    away, nearest = KDTree(known).query(there)
+    is_other = LEAST_IMPROVEMENT * away < np.hypot(*(there - known).T)
+    rounds = _rounds({k: int(nearest[k]) for k in np.flatnonzero(is_other)})
+    ways = [[k for each in rounds for k in each], *rounds] if rounds else []
+    given_as = [{str(names[k]): str(names[nearest[k]]) for k in way} for way in ways]
+    return given_as[:MOST_TRIED]
 
 
-def _pairs_that_adjust(in_plan, significance):
-    """Pairs that leave least of what an adjustment misses given points by."""
+def _rounds(step):
+    """The closed rounds of places, each of which lies where the next one is given."""
+    rounds, seen = [], set()
+    for first in step:
+        way, place = [], first
+        while place in step and place not in seen:
+            seen.add(place)
+            way.append(place)
+            place = step[place]
+        if way and place in way:
+            rounds.append(way[way.index(place) :])
+    return sorted(rounds, key=len, reverse=True)
+
+
+def _that_adjust(block, in_plan, significance):
+    """Names that leave least of what an adjustment misses given points by."""
     if in_plan is None:
         return []
-    solution, names = in_plan
-    pairs = pairs_of_given_points(solution)
-    is_better = LEAST_IMPROVEMENT**2 * pairs.left < 1.0
-    is_better &= pairs.chance() <= significance
-    return _best(names[pairs.places], pairs.left, is_better)
+    solution, point_id = in_plan
+    names = names_of_given_points(solution)
+    name_of = point_id[names.places]
+    lists, likely = _lists(block, name_of), []
+    slipped = [order for each in lists for order in slipped_names(each, len(name_of))]
+    for found in put_right(names, slipped):
+        is_better = LEAST_IMPROVEMENT**2 * found.left < 1.0
+        is_better &= found.log_chance <= np.log(significance)
+        ways = [(found.left[k], found.orders[k]) for k in np.flatnonzero(is_better)]
+        # more mistakes leave a little less of any errors
+        if ways and (not likely or LEAST_IMPROVEMENT**2 * ways[0][0] < likely[0][0]):
+            likely = [*ways, *likely]
+    return [
+        {str(name_of[k]): str(name_of[order[k]]) for k in lists[0] if order[k] != k}
+        for _, order in likely[:MOST_TRIED]
+    ]
+
+
+def _lists(block, name_of):
+    """Places of given points in the order of their list: all, and control alone."""
+    given = block.control_points.drop_duplicates("point_id")
+    place = pd.Series(np.arange(len(name_of)), index=name_of)
+    place = place.reindex(given["point_id"]).to_numpy()
+    is_control = (given["role"] == "control").to_numpy()
+    lists = (place, place[is_control]) if not is_control.all() else (place,)
+    return [each[np.isfinite(each)].astype(int) for each in lists]
 
 
 def _in_plan(block, flights):
@@ -261,27 +325,24 @@ def _in_plan(block, flights):
     return adjust(observations), tables.point_id[part.points]
 
 
-def _best(names, score, is_pair):
-    """Pairs of names with the least scores."""
-    one, other = np.nonzero(np.triu(is_pair, 1))
-    best = np.argsort(score[one, other], kind="stable")[:MOST_PAIRS]
-    return [(str(names[one[k]]), str(names[other[k]])) for k in best]
-
-
-def _tried(examined, measure, missed, pair):
-    """The pair, if the block with both put right misses given points by far less."""
+def _tried(examined, measure, missed, given_as):
+    """Names, if the block with them put right misses given points by far less."""
     try:
-        again = examined.computed_again(with_names_exchanged(examined.block, pair))
+        again = examined.computed_again(with_names_put_right(examined.block, given_as))
     except EinschaltError:  # nothing is gained
         return None
-    # models that failed for the pair need not fail then
+    # models that failed for the names need not fail then
     after = np.nan_to_num(measure(again), nan=_rms(again))
     if not LEAST_IMPROVEMENT * after < missed:
         return None
     if examined.frame.is_mirrored and again.frame.is_mirrored:
         return None
     given = examined.block.control_points.drop_duplicates("point_id")
-    given = given.set_index("point_id").loc[list(pair), PLAN].to_numpy(dtype=float)
+    given = given.set_index("point_id")[PLAN]
+    here, there = (
+        given.loc[list(names)].to_numpy(dtype=float)
+        for names in (given_as, given_as.values())
+    )
+    apart = float(np.hypot(*(there - here).T).max())
     moved = new_points_apart(examined, again.points)
-    apart = float(np.hypot(*(given[1] - given[0])))
-    return ExchangedControl(pair, apart, missed, after, again, moved)
+    return ExchangedControl(given_as, apart, missed, after, again, moved)
