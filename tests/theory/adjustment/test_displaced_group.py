@@ -44,6 +44,50 @@ def test_exactly_the_displaced_points_are_found(size, n_in):
         assert miss < 4.0 * found.standard_error < 0.4
 
 
+def heights_of(information, errors, rng):
+    """The same of one coordinate."""
+    return scores_of(information, errors, rng).real
+
+
+@pytest.mark.parametrize("size", [1.5, 45.0])
+@pytest.mark.parametrize("n_in", [4, 7, 11])
+def test_heights_have_groups_as_well(size, n_in):
+    for seed in range(5):
+        xy, information, rng = network(seed)
+        rows = np.sort(rng.choice(N, n_in, replace=False))
+        errors = size * np.isin(np.arange(N), rows)
+        scores = heights_of(information, errors, rng)
+        found = find_displaced_group(scores, information, xy, 0.001)
+        assert list(found.rows) == list(rows)
+        assert found.shift[1] == 0.0
+        assert abs(found.shift[0] - size) < 4.0 * found.standard_error < 0.4
+
+
+@pytest.mark.parametrize("n_wrong", [1, 2, 4, 6])
+def test_single_wrong_heights_are_no_group(n_wrong):
+    """Of six numbers four may be alike by chance, to the errors of the test."""
+    n_groups = 0
+    for seed in range(30):
+        xy, information, rng = network(seed)
+        errors = np.zeros(N)
+        errors[:n_wrong] = rng.normal(0.0, 1.0, n_wrong)
+        scores = heights_of(information, errors, rng)
+        n_groups += find_displaced_group(scores, information, xy, 0.001) is not None
+    assert n_groups <= (3 if n_wrong == 6 else 0)
+
+
+@pytest.mark.parametrize("size", [0.1, 0.5, 5.0])
+@pytest.mark.parametrize("axes", [scores_of, heights_of])
+def test_larger_errors_of_all_points_are_no_group(size, axes):
+    """Of the points alone: what models add to the misfit is as stated."""
+    for seed in range(30):
+        xy, information, rng = network(seed)
+        errors = size * (rng.standard_normal((N, 2)) @ [1.0, 1j])
+        errors = errors if axes is scores_of else errors.real
+        scores = axes(information, errors, rng)
+        assert find_displaced_group(scores, information, xy, 0.001) is None
+
+
 def test_the_smaller_part_is_told_with_its_own_sign():
     xy, information, rng = network(1)
     errors = np.where(np.arange(N) < 18, 1.0 + 0j, 0.0)

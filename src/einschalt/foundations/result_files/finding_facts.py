@@ -385,6 +385,7 @@ FACTS = Part(
         "kind": {
             "point": "one point by itself",
             "step": "all points on one side of a line",
+            "group": "points among the others, all by the same: a list",
             "bend": "a quadratic strain",
             "scale": "heights of models against those of control",
         },

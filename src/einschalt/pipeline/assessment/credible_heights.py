@@ -9,7 +9,7 @@ from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT, RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     where_it_matters,
 )
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.stages.error_propagation.error_model import CONTROL
 
 COLUMN = "standard_error_height"

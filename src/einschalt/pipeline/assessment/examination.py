@@ -41,11 +41,11 @@ from einschalt.pipeline.assessment.evidence.control.other_targets import (
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
-    Kind,
     find_control_patterns,
     wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.control.shown_heights import ShownHeights
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.control.suspect_control import (
     SuspectControl,
 )

@@ -118,6 +118,29 @@ def estimate_together(observed, covariance, signatures, free=None):
     return found.reshape(n_patterns, n_amplitudes)
 
 
+def scores_of(observed, covariance, signatures, free=None):
+    """What is known of amplitudes of one axis, all of them together.
+
+    Arguments as for :func:`examine_patterns`, with one amplitude a pattern.
+
+    Returns
+    -------
+    scores : ndarray, shape (n_patterns,)
+        Information times amplitudes.
+    information : ndarray, shape (n_patterns, n_patterns)
+        Their covariance without a pattern, of any rank.
+
+    Examples
+    --------
+    >>> scores, information = scores_of([6.0, 2.0], 2.0 * np.eye(2), [[[1], [0]]])
+    >>> scores.round(9).tolist(), information.round(9).tolist()
+    ([3.0], [[0.5]])
+    """
+    white, shown, _ = _whitened(observed, covariance, np.asarray(signatures), free)
+    shown = shown[:, :, 0]
+    return shown.T @ white, shown.T @ shown
+
+
 def _whitened(observed, covariance, signatures, free):
     """Errors and patterns with unit covariance, what is free taken out of them.
 

@@ -11,7 +11,7 @@ from einschalt.pipeline.assessment.evidence.control.heights import (
     LEAST_OF_SCALE,
     unseen_scale,
 )
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
     bend_without_system,
 )
@@ -84,7 +84,7 @@ def height_as_without_it(cause, examined, again):
 
 def broken_heights(examined):
     """Control heights of which one part lies apart from the other, or bent ones."""
-    pattern = _pattern(examined, Kind.STEP, Kind.BEND)
+    pattern = _pattern(examined, Kind.STEP, Kind.GROUP, Kind.BEND)
     if pattern is None:
         return None
     known = _told(pattern, names=pattern.point_ids)

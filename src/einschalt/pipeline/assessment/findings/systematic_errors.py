@@ -5,7 +5,7 @@ import numpy as np
 from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.ground.network_step import region_of_step
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 

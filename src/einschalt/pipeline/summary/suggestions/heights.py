@@ -39,6 +39,12 @@ APART = mark(
     "from the others, on one side of a line: {names:names of n_points}, which moves "
     "heights by {moved:length} (RMS)"
 )
+SCATTERED = mark(
+    "The heights of {n_points} of {n_control:count control point} lie {size:length} "
+    "from the others, between which they lie: {names:names of n_points}, which moves "
+    "heights by {moved:length} (RMS)"
+)
+OF_KIND = {"bend": BENT, "step": APART, "group": SCATTERED}
 OUT_OF_SCALE = mark(
     "{flights}: the scale of model heights differs from that of given heights "
     "({per_cent:+.2f} %), which moves heights by {moved:length} (RMS)"
@@ -87,7 +93,7 @@ def heights_beyond_claim(finding):
 
 def broken_heights(finding):
     """Which part lies apart, and by how much; or by how much control is bent."""
-    return filled(BENT if finding.facts["kind"] == "bend" else APART, finding)
+    return filled(OF_KIND[finding.facts["kind"]], finding)
 
 
 def wrong_control_height(finding):

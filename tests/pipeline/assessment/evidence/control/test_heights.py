@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
@@ -218,3 +218,29 @@ def test_flat_ground_tells_no_scale_of_heights(relief, measurement):
     assert pattern is None or pattern.kind is not Kind.SCALE
     credible = result.examination.credible_heights
     assert credible.value / true_height_error(result) < 1.5
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("size", "share"), [(1.5, 4), (45.0, 4)])
+def test_heights_of_two_lists_are_told_as_such(method, size, share):
+    """A step along a line and 0.98 m were told for 0.55, 28 m for 15."""
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    block = simulate_block("demo", seed=1, geometry=geometry)
+    control = block.control_points
+    places = control.index[control["role"] == "control"]
+    listed = np.random.default_rng(6).choice(len(places), share, replace=False)
+    names = sorted(control.loc[places[listed], "point_id"])
+    height = control["height"] + size * control["point_id"].isin(names)
+    changed = replace(block, control_points=control.assign(height=height))
+    result = densify(changed, block.settings.updated({"method": method}))
+    found = {found.code: found for found in result.assessment.findings}
+    cause = found["broken_heights"]
+    assert (sorted(cause.names), cause.facts["kind"]) == (names, "group")
+    assert cause.observed == pytest.approx(size, rel=0.1)
+    points = result.points[result.points["role"] == "new"].set_index("point_id")
+    true = block.truth.set_index("point_id").loc[points.index, "height"]
+    off = np.sqrt(np.mean((points["height"] - true) ** 2))
+    assert 0.8 * off < result.assessment.credible_heights.value < 1.6 * off
+    said = " ".join(result.summary().split())
+    assert f"The heights of {share} of 17 control points lie" in said
+    assert "between which they lie" in said

@@ -9,8 +9,6 @@ from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     FEWEST_ON_A_SIDE,
-    Kind,
-    Pattern,
     _patterns,
     _wrong,
     find_control_patterns,
@@ -18,6 +16,8 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     PLAN,
+    Kind,
+    Pattern,
     Signatures,
 )
 from einschalt.pipeline.densify import densify

@@ -8,7 +8,7 @@ from tests.judged_alone import judged_alone
 from tests.photographs_onto_control import AXES, ERROR, GEOMETRY, one_flight
 
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import simulate_block

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.judged_alone import judged_alone
 
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     ControlScores,
     strain_beside,

@@ -10,7 +10,6 @@ See docs/theory/claim.md.
 """
 
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -20,44 +19,28 @@ from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     PLAN,
+    Differences,
+    Kind,
+    Pattern,
+    Scores,
     Signatures,
 )
 from einschalt.pipeline.assessment.evidence.ground.given_region import is_large
 from einschalt.pipeline.assessment.evidence.systematic_errors import SURELY_NOT_SCALED
-from einschalt.theory.adjustment.pattern_tests import (
-    estimate_scores_together,
-    estimate_together,
-    examine_patterns,
-    examine_scores,
-    nested_p_value,
+from einschalt.theory.adjustment.displaced_group import find_displaced_group
+from einschalt.theory.adjustment.pattern_shapes import (
+    FEWEST_ON_A_SIDE,
+    quadratic_strains,
+    steps_along_lines,
 )
+from einschalt.theory.adjustment.pattern_tests import nested_p_value
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 # fewer points tell no pattern; of more the covariance would be too large
 FEWEST_CONTROL, MOST_CONTROL = 6, 500
-N_DIRECTIONS = 8
-MOST_STEPS_PER_DIRECTION = 24
-FEWEST_ON_A_SIDE, FEW_ON_A_SIDE = 2, 3
+FEW_ON_A_SIDE = 3
 BEYOND_ERRORS = 2.0  # times what errors make of a scale of heights
 MOST_WRONG = 6  # points whose errors are estimated together
-
-
-class Kind(StrEnum):
-    """What kind of pattern it is."""
-
-    POINT = "point"  # one point by itself
-    STEP = "step"  # all points on one side of a line
-    BEND = "bend"  # a quadratic strain
-    SCALE = "scale"  # heights of models against those of control
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """Errors of control, for an amplitude of one; or of the heights of models."""
-
-    kind: Kind
-    of_control: np.ndarray  # shape (n_control,)
-    flights: tuple[str, ...] = ()  # whose heights are out of scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +49,7 @@ class FoundPattern:
 
     kind: Kind
     flights: tuple[str, ...]
-    # the points that it displaces, or those on the smaller side of a step
+    # the points that it displaces, or the smaller part of them
     point_ids: tuple[str, ...]
     n_control: int
     # of each axis: easting and northing, or height [m]; of a scale, a ratio
@@ -133,12 +116,11 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     signatures = Signatures(examined, left_out)
     patterns = _patterns(control, names, is_used)
     scores, height = examined.patterns.scores, NOTHING
-    shown = _Differences(signatures, PLAN) if scores is None else _Scores(scores)
+    shown = Differences(signatures, PLAN) if scores is None else Scores(scores)
     plan = _worst(signatures, PLAN, patterns, shown, is_free, is_used)
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
-        shown = _Differences(signatures, HEIGHT)
-        height = _worst(signatures, HEIGHT, found, shown, is_free, is_used)
+        height = _worst_height(signatures, found, is_free, is_used)
     both = (each for pair in zip(plan, height, strict=True) for each in pair)
     return ControlPatterns(*both, n_control=int(is_used.sum()))
 
@@ -160,8 +142,8 @@ def _in_given_heights(examined):
         alone = _patterns(given.control, given.point_ids, is_used)
         kinds = [each for each in Kind if given.are_control or each is Kind.POINT]
         patterns = [*(each for each in alone if each.kind in kinds), *patterns]
-    is_free, shown = np.zeros(n_given, dtype=bool), _Differences(given, HEIGHT)
-    height, moved, p_value = _worst(given, HEIGHT, patterns, shown, is_free, is_used)
+    is_free = np.zeros(n_given, dtype=bool)
+    height, moved, p_value = _worst_height(given, patterns, is_free, is_used)
     if not (given.are_control or moved > given.predicted):
         return NO_PATTERNS
     return ControlPatterns(
@@ -207,55 +189,6 @@ def signatures_of_scale(two_step):
     return shown, signatures.moved(pattern, (1.0,), HEIGHT)
 
 
-class _Differences:
-    """Control in some axes, less what is predicted without it."""
-
-    def __init__(self, signatures, axes):
-        self.signatures, self.axes = signatures, axes
-
-    def tests(self, patterns, is_free):
-        """Test patterns, each by itself: PatternTests or None."""
-        try:
-            return examine_patterns(*self._of(patterns, is_free))
-        except np.linalg.LinAlgError:  # points without errors of their own
-            return None
-
-    def together(self, patterns, is_free):
-        """Amplitudes of patterns that were tested, all at once."""
-        return estimate_together(*self._of(patterns, is_free))
-
-    def _of(self, patterns, is_free):
-        signatures, axes = self.signatures, self.axes
-        of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
-        free = None
-        if of_free:
-            made = signatures.of(of_free, axes)
-            free = np.moveaxis(made, 1, 0).reshape(made.shape[1], -1)
-        shown = signatures.of(patterns, axes)
-        return signatures.observed(axes), signatures.covariance(axes), shown, free
-
-
-class _Scores:
-    """What all models know of control in plan."""
-
-    def __init__(self, scores):
-        self.scores = scores
-
-    def tests(self, patterns, is_free):
-        """Test patterns, each by itself: PatternTests."""
-        return examine_scores(*self._of(patterns, is_free))
-
-    def together(self, patterns, is_free):
-        """Amplitudes of patterns, all at once."""
-        return estimate_scores_together(*self._of(patterns, is_free))
-
-    def _of(self, patterns, is_free):
-        scores = self.scores
-        rows = np.stack([pattern.of_control for pattern in patterns])
-        free = np.flatnonzero(is_free[scores.places])
-        return scores.values, scores.information, rows[:, scores.places], free
-
-
 def _worst(signatures, axes, patterns, shown, is_free, is_used):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
@@ -298,6 +231,60 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         else (),
     )
     return found, moved, found.p_value
+
+
+def _worst_height(signatures, patterns, is_free, is_used):
+    """The clearest pattern in heights; or a group of points, if it explains more."""
+    shown = Differences(signatures, HEIGHT)
+    found = _worst(signatures, HEIGHT, patterns, shown, is_free, is_used)
+    group = _group(signatures, patterns, shown, is_free, found[0])
+    if group is None:
+        return found
+    rows, shift, p_value = group
+    pattern = Pattern(Kind.GROUP, rows)
+    moved = max(
+        signatures.moved(each, (shift,), HEIGHT) for each in _wrong(pattern, is_used)
+    )
+    names = signatures.control["point_id"].to_numpy(dtype=object)
+    found = FoundPattern(
+        kind=pattern.kind,
+        flights=(),
+        point_ids=tuple(names[rows != 0.0]),
+        n_control=int(is_used.sum()),
+        amplitude=(shift,),
+        p_value=p_value,
+        moved=float(np.nan_to_num(moved)),
+    )
+    return found, found.moved, p_value
+
+
+def _group(signatures, patterns, shown, is_free, found):
+    """Points whose heights are off by the same, wherever they lie.
+
+    Which they are, (n_control,), by how much [m], and the probability; None without
+    them, and where a line parts them from the others.
+    """
+    kinds = {each.kind for each in patterns}
+    if not {Kind.POINT, Kind.STEP} <= kinds:
+        return None
+    points = [each for each in patterns if each.kind is Kind.POINT]
+    places = [int(np.flatnonzero(each.of_control)[0]) for each in points]
+    is_step = found is not None and found.kind is Kind.STEP
+    behind = set(found.point_ids) if is_step else set()
+    names = signatures.control["point_id"].to_numpy(dtype=object)[places]
+    region = np.flatnonzero([name in behind for name in names])
+    xy = values_of(signatures.control, ["easting", "northing"])[places]
+    try:
+        known = shown.scores(points, is_free)
+    except np.linalg.LinAlgError:  # points without errors of their own
+        return None
+    among = (*known, xy - xy.mean(axis=0))
+    group = find_displaced_group(*among, SYSTEMATIC_SIGNIFICANCE, region)
+    if group is None or behind == set(names[group.rows]):
+        return None
+    rows = np.zeros(len(is_free))
+    rows[np.array(places)[group.rows]] = 1.0
+    return rows, float(group.shift[0]), group.p_value
 
 
 def _scales_of_errors(tests, patterns, signatures):
@@ -410,35 +397,11 @@ def _patterns(control, left_out, is_used):
     offset = offset - offset.mean(axis=0)
     is_left_out = control["point_id"].isin(left_out).to_numpy()
     parts = [(Kind.POINT, np.eye(len(control))[is_left_out & is_used])]
-    for kind, rows in ((Kind.STEP, _steps(offset)), (Kind.BEND, _bends(offset))):
+    for kind, rows in (
+        (Kind.STEP, steps_along_lines(offset)),
+        (Kind.BEND, quadratic_strains(offset)),
+    ):
         whole = np.zeros((len(rows), len(control)))
         whole[:, places] = rows
         parts.append((kind, whole))
     return [Pattern(kind, row) for kind, rows in parts for row in rows]
-
-
-def _steps(offset):
-    """Points on the smaller side of lines in many directions, each division once."""
-    sides = set()
-    n = len(offset)
-    for angle in np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS:
-        order = np.argsort(offset @ [np.cos(angle), np.sin(angle)], kind="stable")
-        last = n - FEWEST_ON_A_SIDE
-        n_steps = min(max(last - FEWEST_ON_A_SIDE + 1, 0), MOST_STEPS_PER_DIRECTION)
-        for first in np.linspace(FEWEST_ON_A_SIDE, last, n_steps).astype(int):
-            small = order[:first] if 2 * first <= n else order[first:]
-            sides.add(tuple(sorted(small.tolist())))
-    rows = np.zeros((len(sides), n))
-    for row, side in zip(rows, sorted(sides), strict=True):
-        row[list(side)] = 1.0
-    return rows
-
-
-def _bends(offset):
-    """The three quadratic forms of the position, of size one (RMS)."""
-    size = np.sqrt(np.mean(np.sum(offset**2, axis=1)))
-    x, y = (offset / size).T if size > 0.0 else np.zeros((2, len(offset)))
-    rows = np.stack([x * x, x * y, y * y])
-    rows = rows - rows.mean(axis=1, keepdims=True)
-    size = np.sqrt(np.mean(rows**2, axis=1, keepdims=True))
-    return rows / np.where(size > 0.0, size, 1.0)

@@ -1,15 +1,46 @@
-"""What errors of control, and of model heights, make of control that is left out."""
+"""What errors of control, and of model heights, make of control that is left out.
 
+Errors that are tried are patterns: of single points, or of many together.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from einschalt.stages.error_propagation.error_model import HIGH, LOW
+from einschalt.theory.adjustment.pattern_tests import (
+    estimate_scores_together,
+    estimate_together,
+    examine_patterns,
+    examine_scores,
+    scores_of,
+)
 from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.adjustment.rows_of_chains import filled, rows_of_chains
 
 PLAN, HEIGHT = (0, 1), (2,)
+
+
+class Kind(StrEnum):
+    """What kind of pattern it is."""
+
+    POINT = "point"  # one point by itself
+    STEP = "step"  # all points on one side of a line
+    GROUP = "group"  # points wherever they lie, all by the same: a list
+    BEND = "bend"  # a quadratic strain
+    SCALE = "scale"  # heights of models against those of control
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Errors of control, for an amplitude of one; or of the heights of models."""
+
+    kind: Kind
+    of_control: np.ndarray  # shape (n_control,)
+    flights: tuple[str, ...] = ()  # whose heights are out of scale
 
 
 def covariance_of(chains, sizes, axes):
@@ -184,3 +215,56 @@ class Signatures:
         errors = np.zeros((len(points), self.axes.value))
         errors[:, HEIGHT[0]] = np.nan_to_num(height - np.nanmean(height))
         return self.axes.packed(errors)
+
+
+class Differences:
+    """Control in some axes, less what is predicted without it."""
+
+    def __init__(self, signatures, axes):
+        self.signatures, self.axes = signatures, axes
+
+    def tests(self, patterns, is_free):
+        """Test patterns, each by itself: PatternTests or None."""
+        try:
+            return examine_patterns(*self._of(patterns, is_free))
+        except np.linalg.LinAlgError:  # points without errors of their own
+            return None
+
+    def together(self, patterns, is_free):
+        """Amplitudes of patterns that were tested, all at once."""
+        return estimate_together(*self._of(patterns, is_free))
+
+    def _of(self, patterns, is_free):
+        signatures, axes = self.signatures, self.axes
+        of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
+        free = None
+        if of_free:
+            made = signatures.of(of_free, axes)
+            free = np.moveaxis(made, 1, 0).reshape(made.shape[1], -1)
+        shown = signatures.of(patterns, axes)
+        return signatures.observed(axes), signatures.covariance(axes), shown, free
+
+    def scores(self, patterns, is_free):
+        """What is known of amplitudes of one axis: scores, and their information."""
+        return scores_of(*self._of(patterns, is_free))
+
+
+class Scores:
+    """What all models know of control in plan."""
+
+    def __init__(self, scores):
+        self.scores = scores
+
+    def tests(self, patterns, is_free):
+        """Test patterns, each by itself: PatternTests."""
+        return examine_scores(*self._of(patterns, is_free))
+
+    def together(self, patterns, is_free):
+        """Amplitudes of patterns, all at once."""
+        return estimate_scores_together(*self._of(patterns, is_free))
+
+    def _of(self, patterns, is_free):
+        scores = self.scores
+        rows = np.stack([pattern.of_control for pattern in patterns])
+        free = np.flatnonzero(is_free[scores.places])
+        return scores.values, scores.information, rows[:, scores.places], free

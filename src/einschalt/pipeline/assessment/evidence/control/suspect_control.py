@@ -18,10 +18,10 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
-    Kind,
     find_control_patterns,
     wrong_control,
 )
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
 from einschalt.stages.error_propagation.given_points import PLAN
 

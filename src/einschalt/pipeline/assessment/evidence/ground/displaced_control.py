@@ -17,9 +17,12 @@ from scipy.spatial import cKDTree
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind, Pattern
 from einschalt.pipeline.assessment.evidence.control.signatures import PLAN as AXES
-from einschalt.pipeline.assessment.evidence.control.signatures import Signatures
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    Kind,
+    Pattern,
+    Signatures,
+)
 from einschalt.pipeline.assessment.evidence.ground.given_region import (
     SURELY,
     KnownPoints,

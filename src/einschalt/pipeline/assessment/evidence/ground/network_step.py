@@ -12,7 +12,7 @@ import numpy as np
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
     check_points_beside,
     moved_with,
