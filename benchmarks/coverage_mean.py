@@ -75,12 +75,15 @@ def _ours(values):
     ee, nn, en = (values[name].to_numpy() for name in ("ee", "nn", "en"))
 
     def covariances(pairs):
-        own = np.array([[ee, en], [en, nn]]).transpose(2, 0, 1)
-        is_own = pairs[:, 0] == pairs[:, 1]
-        return np.where(is_own[:, None, None], own[pairs[:, 0]], 0.0)
+        own = np.column_stack([ee, en, en, nn]).reshape(-1, 2, 2)
+        between = np.zeros((len(pairs), 2, 2))
+        is_own = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+        between[is_own] = own[pairs[is_own, 0]]
+        return between
 
     weights = value_weights(RIGOROUS, None, sort.order, sort.start, covariances)
-    coordinates = values[["easting", "northing"]].to_numpy()[sort.order]
+    axes = (values[axis].to_numpy() for axis in ("easting", "northing"))
+    coordinates = np.column_stack([axis[sort.order] for axis in axes])
     errors = np.ones(N_VALUES)
     return mean_of_values(coordinates, errors, weights.in_mean, sort.start).mean
 

@@ -99,8 +99,10 @@ def segment_sum(values, start):
     fails for a start beyond the last row; both are taken care of.
     """
     values = np.asarray(values)
-    total = np.zeros((len(start) - 1, *values.shape[1:]), dtype=values.dtype)
     filled = np.diff(start) > 0
+    if len(filled) and filled.all():
+        return np.add.reduceat(values, start[:-1], axis=0, dtype=values.dtype)
+    total = np.zeros((len(start) - 1, *values.shape[1:]), dtype=values.dtype)
     if filled.any():
         total[filled] = np.add.reduceat(values, start[:-1][filled], axis=0)
     return total

@@ -74,7 +74,8 @@ def mean_of_values(coordinates, standard_error, weights, start):
     shift = segment_sum(times(weights, offset), start) / weight_sum[:, None]
     variance = segment_sum(squared_sizes(weights) * standard_error**2, start)
     deviation = (offset - np.repeat(shift, count, axis=0))[:, :2]
-    sum_of_squares = segment_sum(np.sum(deviation**2, axis=1), start)
+    squares = np.einsum("na,na->n", deviation, deviation)
+    sum_of_squares = segment_sum(squares, start)
     spread = np.sqrt(
         np.divide(
             sum_of_squares, count - 1, out=np.full(len(count), np.nan), where=count > 1

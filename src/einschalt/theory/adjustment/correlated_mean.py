@@ -256,4 +256,5 @@ def squared_sizes(shares):
     """
     if shares.ndim == 1:
         return shares**2
-    return np.sum(shares[:, :2, :2] ** 2, axis=(1, 2)) / 2.0
+    in_plan = shares[:, :2, :2]
+    return np.einsum("nab,nab->n", in_plan, in_plan) / 2.0
