@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from einschalt.foundations.names import encode, encode_pairs, is_among
+from einschalt.foundations.names import (
+    encode,
+    encode_pairs,
+    is_among,
+    rows_of_names,
+)
 
 examples = settings(max_examples=50, deadline=None, derandomize=True)
 some_names = st.lists(st.sampled_from(["7/8", "0012", "12", " ", "ä", "x"]))
@@ -103,3 +108,16 @@ def test_pairs_do_not_run_together():
     coded = encode_pairs(["1", "11"], ["12", "2"])
     assert len(coded) == 2
     assert coded.locate(encode_pairs(["11"], ["12"])).tolist() == [-1]
+
+
+@pytest.mark.parametrize(
+    ("names", "known", "rows"),
+    [
+        (["b", "a", "b", "c"], ["a", "b"], [1, 0, 1, -1]),
+        ([], ["a"], []),
+        (["a", "a"], [], [-1, -1]),
+    ],
+)
+def test_rows_of_names_are_those_of_what_is_known(names, known, rows):
+    assert rows_of_names(names, known).tolist() == rows
+    assert rows_of_names(pd.Series(names, dtype="str"), known).tolist() == rows

@@ -16,7 +16,7 @@ from einschalt.foundations.arguments import described
 from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.key_columns import SeenNames, row_codes
-from einschalt.foundations.names import Coded, encode
+from einschalt.foundations.names import CodedColumns
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import MEND, MEND_OR_NONE
 
@@ -204,9 +204,9 @@ class CheckedTable:
     key: tuple[str, ...] = ()  # its columns; empty where the key is not complete
 
     @cached_property
-    def coded(self) -> dict[str, Coded]:
-        """The columns of the key as codes."""
-        return {name: encode(self.frame[name]) for name in self.key}
+    def coded(self) -> CodedColumns:
+        """The columns of the key as codes, each made when it is first asked for."""
+        return CodedColumns(self.frame)
 
 
 def check_table(frame, schema, *, source=None) -> CheckedTable:
@@ -398,24 +398,24 @@ def _cell(frame, name, place):
 
 
 def _check_key(table, source, schema):
-    frame, coded = table.frame, table.coded
-    codes = row_codes(list(coded.values()))
+    frame, key = table.frame, list(table.key)
+    codes = row_codes([table.coded[name] for name in key])
     is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
     if not is_doubled.any():
         return []
-    is_given = (frame[list(coded)] != "").all(axis=1).to_numpy(dtype=bool)
+    is_given = (frame[key] != "").all(axis=1).to_numpy(dtype=bool)
     places = np.flatnonzero(is_doubled & is_given)
     firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
     remedy = DOUBLED
-    if SETTING in schema.key and SETTING not in coded:
+    if SETTING in schema.key and SETTING not in key:
         remedy = f"{remedy}; or number repeated settings in a column '{SETTING}'"
 
     def problem(place):
         return TableError(
             f"the row repeats row {frame.index[first_of[codes[place]]]}",
-            expected=f"each {' + '.join(coded)} once",
+            expected=f"each {' + '.join(key)} once",
             remedy=remedy,
             file=source,
             **row_location(frame, place),

@@ -11,7 +11,7 @@ from einschalt.foundations.arguments import as_numbers
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.frame_columns import columns_of, values_of
-from einschalt.foundations.names import CodedPairs, pair_up
+from einschalt.foundations.names import CodedPairs, pair_up, rows_of_names
 from einschalt.stages.transformation_kinds import Kind
 from einschalt.theory.transformation.point_tests import CommonPoints
 
@@ -50,9 +50,8 @@ class Observations:
     ) -> "Observations":
         """Find the identical points of two checked tables."""
         models = pair_up(checked.coded["coverage"], checked.coded["model_id"])
-        points = checked.coded["point_id"]
-        ground_row = placed.coded["point_id"].locate(points)[points.codes]
         model_points, ground = checked.frame, placed.frame
+        ground_row = rows_of_names(model_points["point_id"], ground["point_id"])
         target = values_of(ground, kind.target)
         is_whole = np.isfinite(target).all(axis=1)
         common = np.flatnonzero((ground_row >= 0) & is_whole[ground_row])
