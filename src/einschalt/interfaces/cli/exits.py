@@ -1,7 +1,6 @@
 """How commands end: errors without traceback, exit statuses, readers that go away."""
 
 import functools
-import gc
 import inspect
 import os
 import sys
@@ -14,6 +13,7 @@ import typer
 from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.garbage import made_for_good
 from einschalt.foundations.interruptions import Terminated, ended_in_order
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
@@ -44,8 +44,6 @@ HABITS = {
     "json": (JSON, "Print one JSON object; text goes to standard error."),
     "verbose": ("--verbose -v", "Report the options in effect and the time taken."),
 }
-# new objects less those that are gone; Python would look 70 times as often, for nothing
-RUBBISH_WORTH_A_LOOK = 50_000
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
@@ -165,20 +163,11 @@ def done_in_work(command):
 
 
 def _imported_for_good(name):
-    """Import a module; what that makes stays until the process ends.
-
-    To look for garbage among it, meanwhile and ever after, took 0.4 s of densify.
-    """
+    """Import a module; what that makes stays until the process ends."""
     if name in sys.modules:
         return sys.modules[name]
-    gc.disable()
-    try:
-        module = import_module(name)
-        gc.freeze()
-        gc.set_threshold(RUBBISH_WORTH_A_LOOK)
-    finally:
-        gc.enable()
-    return module
+    with made_for_good():
+        return import_module(name)
 
 
 def print_out(text=""):

@@ -10,8 +10,10 @@ import pickle
 import queue
 import struct
 import threading
+from contextlib import suppress
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.garbage import clear_garbage, made_for_good
 from einschalt.foundations.limited_memory import take_room_for_linear_algebra
 
 LENGTH = struct.Struct("<Q")
@@ -42,10 +44,17 @@ def main():
     listener.daemon = True
     listener.start()
     with os.fdopen(answers, "wb") as pipe:
+        is_first = True
         while True:
-            answer = _pickled(_answer(questions.get()))
+            question = questions.get()
+            if is_first:
+                _import_for_good(question)
+            answer = _pickled(_answer(question))
             pipe.write(LENGTH.pack(len(answer)) + answer)
             pipe.flush()
+            # arrays of a block may be large; after the first, modules are left
+            clear_garbage(for_good=is_first)
+            is_first = False
 
 
 def _listen(descriptor, questions):
@@ -55,6 +64,12 @@ def _listen(descriptor, questions):
                 questions.put(pipe.read(*LENGTH.unpack(head)))
     finally:  # also without memory: nobody would notice any more that it is alone
         os._exit(0)
+
+
+def _import_for_good(question):
+    """Import what answers questions; whether it can be is said with the answer."""
+    with suppress(Exception), made_for_good():
+        pickle.loads(question)
 
 
 def _answer(question):
