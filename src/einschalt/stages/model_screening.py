@@ -85,10 +85,9 @@ def suspect_rows(values, transformation):
     ``values`` are row for row the model points that were transformed.
     """
     residuals = transformation.residuals
-    suspects = residuals.loc[residuals["is_suspect"], KEY]
-    if suspects.empty:
+    if not residuals["is_suspect"].any():
         return np.zeros(len(values), dtype=bool)
-    return rows_among(values, suspects, KEY)
+    return rows_among(values, residuals.loc[residuals["is_suspect"], KEY], KEY)
 
 
 def without_gross_errors(values, is_gross) -> pd.DataFrame:

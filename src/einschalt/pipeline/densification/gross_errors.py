@@ -63,15 +63,16 @@ def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
 
 def no_gross_measurements():
     """Make a table without rows."""
-    return pd.DataFrame(columns=COLUMNS).astype(dict.fromkeys(COLUMNS[4:], float))
+    kinds = dict.fromkeys(COLUMNS[:4], object) | dict.fromkeys(COLUMNS[4:], float)
+    return pd.DataFrame({name: np.empty(0, kind) for name, kind in kinds.items()})
 
 
 def is_gross(table, flight, model_points):
     """Tell which rows of a flight are gross errors, shape (n_model_points,)."""
-    own = table.loc[table["flight"] == flight, KEY]
-    if own.empty:
+    is_own = table["flight"] == flight
+    if not is_own.any():
         return np.zeros(len(model_points), dtype=bool)
-    return rows_among(model_points, own, KEY)
+    return rows_among(model_points, table.loc[is_own, KEY], KEY)
 
 
 def _refused(block, name, flight, significance):
