@@ -223,8 +223,13 @@ def _tested(kind, models):
 
 def _studentized(kind, models):
     fit, covariance, m_0 = _ours(kind, models)
-    spread = np.sqrt((1.0 - fit.leverage) / models.weights[:, None])
-    studentized = fit.residuals / (np.repeat(fit.s_0, models.counts)[:, None] * spread)
+    # in one array: fresh memory takes longer than what is computed in it
+    studentized = 1.0 - fit.leverage
+    np.sqrt(studentized, out=studentized)
+    np.divide(fit.residuals, studentized, out=studentized)
+    of_point = np.sqrt(models.weights) / np.repeat(fit.s_0, models.counts)
+    for coordinate in studentized.T:
+        coordinate *= of_point
     return fit, covariance, m_0, studentized
 
 
