@@ -228,8 +228,7 @@ def _studentized(kind, models):
     np.sqrt(studentized, out=studentized)
     np.divide(fit.residuals, studentized, out=studentized)
     of_point = np.sqrt(models.weights) / np.repeat(fit.s_0, models.counts)
-    for coordinate in studentized.T:
-        coordinate *= of_point
+    studentized *= of_point[:, None]
     return fit, covariance, m_0, studentized
 
 
