@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 from functools import cache
-from itertools import count
 from pathlib import Path
 
 import pytest
@@ -139,17 +138,39 @@ def prepared(tmp_path_factory, block_folder, invoke):
     return desk
 
 
-@pytest.fixture
-def in_both_languages(prepared, tmp_path, invoke, monkeypatch):
-    """What a call prints in English and in German, each on a desk of its own."""
+@pytest.fixture(scope="module")
+def desks(prepared, tmp_path_factory):
+    """Gives the desk of a language: as it was prepared, or else a new one.
 
-    numbers = count()
+    Most calls are refused and leave what there was; to lay a desk takes as long.
+    """
+    laid = {}
+
+    def call(language):
+        desk, untouched = laid.get(language, (None, None))
+        if desk is None or lying_in(desk) != untouched:
+            desk = tmp_path_factory.mktemp(language) / "desk"
+            shutil.copytree(prepared, desk)
+            laid[language] = desk, lying_in(desk)
+        return desk
+
+    return call
+
+
+def lying_in(folder):
+    """Every file and folder, and of which size and when it was written."""
+    found = {path: path.stat() for path in folder.rglob("*")}
+    return {path: (one.st_size, one.st_mtime_ns) for path, one in found.items()}
+
+
+@pytest.fixture
+def in_both_languages(desks, invoke, monkeypatch):
+    """What a call prints in English and in German, each on a desk of its own."""
 
     def call(words, spoil=None, english_engine=None):
         printed = []
         for language in ("en", "de"):
-            desk = tmp_path / str(next(numbers)) / "desk"
-            shutil.copytree(prepared, desk)
+            desk = desks(language)
             monkeypatch.chdir(desk)
             if spoil is not None:
                 spoil(desk)
