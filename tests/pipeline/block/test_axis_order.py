@@ -77,6 +77,30 @@ def test_one_photograph_from_above_speaks_for_the_axes():
     assert not problems_of(mixed, ground)
 
 
+def test_photographs_with_wrong_names_are_no_mirrors():
+    """One of four fits the mirror image by chance: the others fit nothing."""
+    images, ground = photographs(n_images=4)
+    rng = np.random.default_rng(5)
+    is_first = images["image_id"] == "i0"
+    place = np.concatenate(
+        [np.arange(6), *(6 + 6 * k + rng.permutation(6) for k in range(3))]
+    )
+    mixed = images.assign(
+        y=images["y"].where(~is_first, -images["y"]),
+        point_id=images["point_id"].to_numpy()[place],
+    )
+    assert not problems_of(mixed, ground)
+
+
+def test_a_single_mirrored_photograph_may_have_wrong_names():
+    images, ground = photographs(n_images=1)
+    (problem,) = problems_of(images.assign(y=-images["y"]), ground)
+    assert "or correct the names of points" in problem.remedy
+    images, ground = photographs()
+    (problem,) = problems_of(images.assign(y=-images["y"]), ground)
+    assert "names" not in problem.remedy
+
+
 def test_few_points_and_points_on_a_line_tell_no_mirror():
     images, ground = photographs(n_points=3)
     assert not problems_of(images.assign(y=-images["y"]), ground)

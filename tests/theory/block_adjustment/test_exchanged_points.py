@@ -7,6 +7,7 @@ import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.exchanged_points import (
+    NOWHERE,
     names_of_given_points,
     put_right,
     slipped_names,
@@ -97,41 +98,86 @@ def test_names_that_were_mixed_are_put_right(make_block, kind, mixed):
     assert found.left[0] < 0.04 * put_right(names)[0].left[0]
 
 
-@pytest.mark.parametrize("rows", [1, -2])
-def test_names_that_slipped_are_one_mistake(make_block, rows):
-    """Of a part of the list, in the order of the list."""
+def slipped_block(make_block, rows):
+    """A list in another order than its points, of which all but two have slipped."""
     block = make_block("dense grid", "affine", every=5)
     n = np.count_nonzero(block.is_control)
     listed = np.random.default_rng(2).permutation(n)
     order = np.arange(n)
     order[listed[2:]] = np.roll(listed[2:], rows)
-    names = names_of_given_points(adjust(renamed(block, order)))
-    found = put_right(names, slipped_names(listed, n))[1]
+    return renamed(block, order), order, listed
+
+
+@pytest.mark.parametrize("rows", [1, -2])
+def test_names_that_slipped_are_one_mistake(make_block, rows):
+    """Of a part of the list, in the order of the list."""
+    bad, order, listed = slipped_block(make_block, rows)
+    names = names_of_given_points(adjust(bad))
+    found = put_right(names, slipped_names(listed, len(listed)))[0]
     assert found.n_mistakes == 1
     np.testing.assert_array_equal(found.orders[0], order)
+    assert (found.rows[0], found.free[0]) == (abs(rows), NOWHERE)
     assert found.left[0] < 1e-4
     assert found.log_chance[0] < np.log(1e-6)
 
 
-def test_ends_of_long_lists_may_have_slipped():
-    orders = slipped_names(np.arange(100), 100)
-    moved = [np.flatnonzero(order != np.arange(100)) for order in orders]
-    assert all(part[0] == 0 or part[-1] == 99 for part in moved)
-    few = slipped_names(np.array([1, 4, 2]), 6)
-    assert len(few) == 4  # by one or two rows, either way
-    assert all((order[[0, 3, 5]] == [0, 3, 5]).all() for order in few)
+@pytest.mark.parametrize("rows", [1, -1])
+def test_lists_that_lost_a_name_leave_a_point_free(make_block, rows):
+    bad, order, listed = slipped_block(make_block, rows)
+    lost = listed[2] if rows == 1 else listed[-1]
+    places = np.flatnonzero(bad.is_control)
+    control = bad.control.copy()
+    # what stands at the other end is of no point of the list
+    control[places[order[lost]]] += [700.0, -400.0]
+    bad = replace(bad, control=control)
+    names = names_of_given_points(adjust(bad))
+    found = put_right(names, slipped_names(listed, len(listed)))[0]
+    np.testing.assert_array_equal(found.orders[0], order)
+    assert (found.rows[0], found.free[0]) == (1, lost)
+    assert found.left[0] < 1e-4
+    assert found.log_chance[0] < np.log(1e-6)
+    # as an adjustment in which the point is no control has it
+    given = control[places][order]
+    right = control.copy()
+    right[places] = given
+    covariance = bad.control_covariance.copy()
+    covariance[places[lost]] = 1e12 * np.eye(2)
+    least = without_control_errors(bad)
+    again = replace(bad, control=right, control_covariance=covariance)
+    alone = []  # where another point is none
+    for place in places:
+        covariance = bad.control_covariance.copy()
+        covariance[place] = 1e12 * np.eye(2)
+        alone.append(adjust(replace(bad, control_covariance=covariance)).sum_of_squares)
+    beside = min(alone) - least
+    left = (adjust(again).sum_of_squares - least) / beside
+    assert found.left[0] == pytest.approx(left, rel=1e-4, abs=1e-7)
+
+
+def test_a_pair_beside_names_that_slipped_is_a_second_mistake(make_block):
+    bad, order, listed = slipped_block(make_block, 1)
+    again = np.arange(len(order))
+    again[[0, 3]] = [3, 0]
+    names = names_of_given_points(adjust(renamed(bad, again)))
+    found = put_right(names, slipped_names(listed, len(listed)))[1]
+    np.testing.assert_array_equal(found.orders[0], again[order])
+    assert found.left[0] < 1e-4
 
 
 @pytest.mark.parametrize("n_wrong", [1, 2, 4])
-def test_wrong_points_are_no_mixed_names(make_block, n_wrong):
-    """Errors as large as points lie apart, which exchanges take a part of."""
+@pytest.mark.parametrize("size", [500.0, 20_000.0])
+def test_wrong_points_are_no_mixed_names(make_block, n_wrong, size):
+    """Errors as large as points lie apart, which exchanges take a part of, and larger.
+
+    A list that lost a name has a free point, which may be the one that is wrong.
+    """
     block = make_block("dense grid", "affine", every=5)
     places = np.flatnonzero(block.is_control)
     rng = np.random.default_rng(n_wrong)
     for _ in range(40):
         control = block.control.copy()
         wrong = rng.choice(places, n_wrong, replace=False)
-        control[wrong] += rng.normal(0.0, 500.0, (n_wrong, 2))
+        control[wrong] += rng.normal(0.0, size, (n_wrong, 2))
         names = names_of_given_points(adjust(replace(block, control=control)))
         found = put_right(names, slipped_names(np.arange(len(places)), len(places)))
         is_likely = [np.exp(f.log_chance) < 1e-3 for f in found]

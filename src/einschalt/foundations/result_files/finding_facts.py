@@ -64,6 +64,20 @@ FACTS = Part(
             "m",
             "the same with the names of the control points put right, TOTAL, RMS",
         ),
+        "slipped_rows": (
+            "",
+            "number of rows by which names of a list have slipped, 0 if they have not",
+        ),
+        "first": ("", "first of these points in the list"),
+        "last": ("", "last of these points in the list"),
+        "lost": ("", "point whose coordinates are not given, empty if there is none"),
+        "nameless": (
+            "",
+            (
+                "name under which the coordinates of a point stand that is not in the "
+                "list, empty if there is none"
+            ),
+        ),
         "given_as": (
             "",
             "name under which the coordinates of each of the points are given",

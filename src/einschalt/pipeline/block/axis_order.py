@@ -124,20 +124,31 @@ def mirrored_problems(images, ground, name, files):
     )
     is_mirrored = is_told & (left_mirrored < LEAST_APART * left) & (left > ON_A_LINE)
     is_upright = is_told & (left < LEAST_APART * left_mirrored)
-    if not is_mirrored.any() or is_upright.any():
+    # names of points that are wrong make a photograph fit by chance
+    n_mirrored, n_told = is_mirrored.sum(), is_told.sum()
+    if not n_mirrored or is_upright.any() or 2 * n_mirrored < n_told:
         return []
-    photographs, table = files
-    return [
-        ConsistencyError(
-            f"[{name}] all {is_mirrored.sum()} photographs with enough known points "
-            f"are mirrored against {table}",
-            expected="x to the right, y upwards; eastings to the east, northings to "
-            "the north",
-            remedy="Change the sign of y of the image points, or exchange eastings and "
-            "northings",
-            file=photographs,
+    return [_mirrored_problem(name, n_mirrored, *files)]
+
+
+def _mirrored_problem(name, n_mirrored, photographs, table):
+    remedy = (
+        "Change the sign of y of the image points, or exchange eastings and northings"
+    )
+    if n_mirrored == 1:
+        remedy = (
+            "Change the sign of y of the image points, or exchange eastings and "
+            "northings; or correct the names of points, if those of one photograph "
+            "or of the table are wrong"
         )
-    ]
+    return ConsistencyError(
+        f"[{name}] all {n_mirrored} photographs with enough known points are "
+        f"mirrored against {table}",
+        expected="x to the right, y upwards; eastings to the east, northings to the "
+        "north",
+        remedy=remedy,
+        file=photographs,
+    )
 
 
 def tells_axes(frame, system):

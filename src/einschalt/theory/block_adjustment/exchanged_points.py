@@ -9,29 +9,35 @@ R = I - H of the given points among each other, and so does the sum of squares,
 Names that are put right are e = l_σ(i) - l_i at each point i whose coordinates stand
 under the name σ(i); an exchange of two is its shortest. So all pairs are tried with one
 answer of the block to each given coordinate, and again all pairs after the best ones:
-two pairs, or names that went round, are some exchanges one after the other. No change
-of l takes more than vᵀ P (P R)⁺ P v from Ω, which given coordinates explain: the rest
-is of other errors, gross ones of measurements among them.
+two pairs, or names that went round, are some exchanges one after the other. A list from
+which one name was lost leaves a point whose coordinates are not given: e is free there,
+and the least of Ω has g_iᵀ (P R)_ii⁻¹ g_i less, g = P v + P R e. No change of l takes
+more than vᵀ P (P R)⁺ P v from Ω, which given coordinates explain: the rest is of other
+errors, gross ones of measurements among them.
 
 Source of R: Baarda 1968, A testing procedure for use in geodetic networks. See
 docs/theory/claim.md.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 # given points that are tried, all of them with each other: two seconds
 MOST_GIVEN = 500
-# answers of all points that are computed together
-AT_ONCE = 64
+# answers of all points that are computed together, and orders
+AT_ONCE, MOST_AT_ONCE = 64, 1000
 # of the largest element, added to the diagonal of P R, which no shift of all changes
 HOLD = 1e-10
+# of what is explained: where one point leaves less, it alone is wrong
+LEAST_BESIDE = 1e-3
 # one after the other, and those in a row that gain nothing: one may lead away from what
 # two lead to
 MOST_EXCHANGES, MOST_IDLE = 20, 2
 # orders that further exchanges start from
 MOST_KEPT = 12
+NOWHERE = -1  # in place of a point
 # rows by which the names of a list, or of a part of it, have slipped
 SLIPS = (1, -1, 2, -2, 3, -3)
 # rows of a list of which every part may have slipped; of a longer one its ends
@@ -61,15 +67,33 @@ class NamesOfGivenPoints:
         """The order of names that are as they are, (n_given,)."""
         return np.arange(len(self.places))
 
-    def left(self, orders):
+    def left(self, orders, free=None):
         """Share of what given coordinates explain that is left, shape (n_orders,).
 
-        Infinite where nothing is there to be explained.
+        Infinite where nothing is there to be explained. ``free`` has for each order the
+        place of a point that may lie anywhere, NOWHERE for none; the share is of what
+        no single point explains then, so that a wrong one is no mistake of a list.
         """
-        change = (self.given[orders] - self.given).reshape(len(orders), -1)
-        answer = change @ _whole(self.matrix)
-        squares = np.sum(change * (2.0 * self.pull.ravel() + answer), axis=1)
-        return self._share(squares)
+        free = np.full(len(orders), NOWHERE) if free is None else free
+        rows = np.flatnonzero(free != NOWHERE)
+        at = free[rows]
+        change = self.given[orders] - self.given
+        change[rows, at] = 0.0
+        flat = change.reshape(len(orders), -1)
+        answer = (flat @ _whole(self.matrix)).reshape(change.shape)
+        squares = np.sum(change * (2.0 * self.pull + answer), axis=(1, 2))
+        own = np.linalg.pinv(np.einsum("iiab->iab", self.matrix), hermitian=True)
+        right = (self.pull + answer)[rows, at]
+        squares[rows] -= np.einsum("ka,kab,kb->k", right, own[at], right)
+        # of the point that explains most by itself
+        alone = np.einsum("ka,kab,kb->k", self.pull, own, self.pull).max()
+        explained = np.full(len(orders), self.explained)
+        explained[rows] -= alone
+        left = np.full(len(orders), np.inf)
+        is_told = explained > LEAST_BESIDE * self.explained
+        left[is_told] = np.maximum(self.explained + squares[is_told], 0.0)
+        left[is_told] /= explained[is_told]
+        return left
 
     def left_with_another_pair(self, order):
         """The same with any two exchanged besides, (n_given, n_given)."""
@@ -91,24 +115,39 @@ class NamesOfGivenPoints:
             return np.full(squares.shape, np.inf)
         return np.maximum(self.explained + squares, 0.0) / self.explained
 
-    def log_chance(self, left, log_trials):
+    def log_chance(self, left, log_trials, n_free=0):
         """Logarithm of the probability that some trial leaves so little by chance.
 
         Of errors of any other kind, which lie anywhere in a space of r = ``n_checks``
         dimensions; a change that is given leaves a share q or less of their square with
-        q^(r/2), the part of a ball that one of its square takes (Bonferroni).
+        q^(r/2), the part of a ball that one of its square takes (Bonferroni). A point
+        that is free takes its coordinates from r.
         """
         with np.errstate(divide="ignore"):
             log_share = np.log(np.minimum(left, 1.0))
-        return np.minimum(log_trials + self.n_checks / 2.0 * log_share, 0.0)
+        n_free = np.asarray(n_free) * self.given.shape[1]
+        degrees = np.maximum(self.n_checks - n_free, 0.0)
+        # 0 · -inf would be NaN
+        log_share = np.where(degrees > 0.0, degrees / 2.0 * log_share, 0.0)
+        return np.minimum(log_trials + log_share, 0.0)
+
+
+class Slips(NamedTuple):
+    """Orders of points where names of a list have slipped by some rows."""
+
+    orders: np.ndarray  # (n_slips, n_given)
+    free: np.ndarray  # (n_slips,): place of the point that has lost its coordinates
+    rows: np.ndarray  # (n_slips,): by how many
 
 
 @dataclass(frozen=True, eq=False)
 class PutRight:
-    """Orders that so many mistakes lead to, the one that leaves least first."""
+    """Orders that so many mistakes lead to, the least probable by chance first."""
 
     n_mistakes: int
     orders: np.ndarray  # (n_orders, n_given)
+    free: np.ndarray  # (n_orders,): the point whose coordinates are lost, or NOWHERE
+    rows: np.ndarray  # (n_orders,): by how many a list has slipped, 0 for exchanges
     left: np.ndarray  # share of what given coordinates explain, (n_orders,)
     # that errors of any other kind leave so little, (n_orders,): logarithm
     log_chance: np.ndarray
@@ -145,7 +184,7 @@ def names_of_given_points(solution, most=MOST_GIVEN) -> NamesOfGivenPoints:
     return NamesOfGivenPoints(places, given, matrix, pull, explained, n_checks)
 
 
-def put_right(names, starts=(), most_exchanges=MOST_EXCHANGES) -> list[PutRight]:
+def put_right(names, slips=None, most_exchanges=MOST_EXCHANGES) -> list[PutRight]:
     """Exchange names two by two, from the orders that explain the block best.
 
     Until that gains nothing.
@@ -153,8 +192,8 @@ def put_right(names, starts=(), most_exchanges=MOST_EXCHANGES) -> list[PutRight]
     Parameters
     ----------
     names : NamesOfGivenPoints
-    starts : sequence of array, each (n_given,)
-        Orders that one mistake leads to, as by a line that a list has lost.
+    slips : Slips, optional
+        One mistake each, as an exchange is; exchanges follow these as well.
     most_exchanges : int
         One after the other.
 
@@ -166,23 +205,47 @@ def put_right(names, starts=(), most_exchanges=MOST_EXCHANGES) -> list[PutRight]
     n = len(names.places)
     if n < 2 or not names.explained > 0.0:
         return []
-    log_pairs = np.log(n * (n - 1) / 2.0)
+    n_slips = 0 if slips is None else len(slips.orders)
+    log_trials = np.log(n * (n - 1) / 2.0 + n_slips)
     kept, found = names.as_given[None], []
     least, n_idle = 1.0, 0
     while len(found) < min(most_exchanges, n - 1) and n_idle < MOST_IDLE:
-        kept, left = _with_another_pair(names, kept)
-        n_exchanges = len(found) + 1
-        chance = names.log_chance(left, n_exchanges * log_pairs)
-        found.append(PutRight(n_exchanges, kept, left, chance))
-        n_idle = 0 if left[0] < least else n_idle + 1
-        least = min(least, left[0])
-    if len(starts):
-        found.insert(1, _of_lists(names, np.asarray(starts)))
+        orders, left = _with_another_pair(names, kept)
+        none = np.full(len(orders), NOWHERE)
+        parts = [(orders, none, np.zeros(len(orders), dtype=int), left)]
+        if not found and n_slips:
+            parts.append(_best_slips(names, slips))
+        orders, free, rows, left = map(np.concatenate, zip(*parts, strict=True))
+        n_mistakes, is_free = len(found) + 1, free != NOWHERE
+        chance = names.log_chance(left, n_mistakes * log_trials, is_free)
+        best = np.lexsort([left, chance])
+        found.append(
+            PutRight(n_mistakes, *(a[best] for a in (orders, free, rows, left, chance)))
+        )
+        kept = orders[~is_free]
+        n_idle = 0 if left.min() < least else n_idle + 1
+        least = min(least, left.min())
     return found
 
 
-def slipped_names(listed, n_given):
+def _best_slips(names, slips):
+    """The slips that leave least, and what they leave."""
+    parts = [
+        names.left(
+            slips.orders[start:][:MOST_AT_ONCE], slips.free[start:][:MOST_AT_ONCE]
+        )
+        for start in range(0, len(slips.orders), MOST_AT_ONCE)
+    ]
+    left = np.concatenate(parts)
+    best = np.argsort(left, kind="stable")[:MOST_KEPT]
+    return slips.orders[best], slips.free[best], slips.rows[best], left[best]
+
+
+def slipped_names(listed, n_given) -> Slips:
     """Orders of points of which a part of the list has names slipped by some rows.
+
+    Either the names that slip out at one end of the part are those at the other, or
+    one is lost: where a cell was deleted from the names, or inserted.
 
     Parameters
     ----------
@@ -193,8 +256,8 @@ def slipped_names(listed, n_given):
 
     Returns
     -------
-    list of (n_given,) int array
-        Every part of a list of up to 40 rows; the ends of a longer one.
+    Slips
+        Of every part of a list of up to 40 rows; of the ends of a longer one.
     """
     n = len(listed)
     parts = [
@@ -203,22 +266,23 @@ def slipped_names(listed, n_given):
         for last in range(first + 3, n + 1)
         if n <= MOST_OF_PARTS or first == 0 or last == n
     ]
-    orders = []
+    slips = []
     for first, last in parts:
         part = listed[first:last]
         for rows in SLIPS:
             if abs(rows) < len(part):
                 order = np.arange(n_given)
                 order[part] = np.roll(part, rows)
-                orders.append(order)
-    return orders
-
-
-def _of_lists(names, orders):
-    left = names.left(orders)
-    best = np.argsort(left, kind="stable")[:MOST_KEPT]
-    chance = names.log_chance(left[best], np.log(len(orders)))
-    return PutRight(1, orders[best], left[best], chance)
+                slips.append((order, NOWHERE, rows))
+                if abs(rows) == 1:
+                    # the one that takes the place at the other end of the part
+                    lost = part[0] if rows == 1 else part[-1]
+                    slips.append((order, lost, rows))
+    if not slips:
+        none = np.empty(0, dtype=int)
+        return Slips(np.empty((0, n_given), dtype=int), none, none)
+    orders, free, rows = zip(*slips, strict=True)
+    return Slips(np.array(orders), np.array(free), np.abs(rows))
 
 
 def _with_another_pair(names, orders):

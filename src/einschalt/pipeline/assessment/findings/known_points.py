@@ -160,17 +160,23 @@ def exchanged_control(examined):
     found = examined.exchanged_control
     if found is None:
         return None
-    is_pair = len(found.given_as) == 2
+    mixed = found.names
+    is_pair = len(mixed.points) == 2
     return finding(
         "exchanged_control",
-        names=found.given_as,
+        names=mixed.points,
         statistic="RMS of the differences at control points, and with names put right",
         observed=found.rms,
         expected=found.rms_exchanged,
         remedy="exchange_control_names" if is_pair else "put_control_names_right",
         facts={
-            "n_points": len(found.given_as),
-            "given_as": tuple(found.given_as.values())[:MOST_NAMED],
+            "n_points": len(mixed.points),
+            "given_as": tuple(mixed.given_as.values())[:MOST_NAMED],
+            "slipped_rows": mixed.rows,
+            "first": next(iter(mixed.given_as)),
+            "last": next(reversed(mixed.given_as)),
+            "lost": mixed.lost,
+            "nameless": mixed.nameless,
             "apart": found.apart,
             "rms": found.rms,
             "rms_exchanged": found.rms_exchanged,

@@ -90,6 +90,13 @@ NAMES_MIXED_MOVES = mark(
     "new points move by {moved:length}"
 )
 PLACE = mark("{name} where {given} is given")
+SLIPPED = mark(
+    "names of the list have slipped by {n:row|rows}: {first} lies where {given} is "
+    "given, and so on to {last}"
+)
+LOST = mark(
+    "no coordinates of {lost} are given, and those of {nameless} are of another point"
+)
 UNDER_ANOTHER_NAME = mark(
     "Control point {control} lies {miss:length} from where it is given, and new point "
     "{other} lies there, {away:length} away"
@@ -151,14 +158,24 @@ def exchanged_control(finding):
 
 def _places(finding):
     """Where the first of some points lie, and how many more there are."""
-    pairs = list(zip(finding.names, finding.facts["given_as"], strict=True))
-    told = [
-        translated(PLACE, name=shortened(name), given=shortened(given))
-        for name, given in pairs[:MOST_PLACES]
-    ]
-    n_more = finding.facts["n_points"] - len(told)
-    if n_more > 0:
-        told.append(translated("and {n:further point|further points}", n=n_more))
+    facts, told = finding.facts, []
+    places = zip(finding.names, facts["given_as"], strict=False)
+    pairs = [(shortened(name), shortened(given)) for name, given in places]
+    n_more = facts["n_points"] - MOST_PLACES
+    if facts["slipped_rows"]:
+        first, given = pairs[0]
+        slip = {"first": first, "given": given, "last": shortened(facts["last"])}
+        told.append(translated(SLIPPED, n=facts["slipped_rows"], **slip))
+    else:
+        told += [
+            translated(PLACE, name=name, given=given)
+            for name, given in pairs[:MOST_PLACES]
+        ]
+        if n_more > 0:
+            told.append(translated("and {n:further point|further points}", n=n_more))
+    if facts["lost"]:
+        lost, nameless = shortened(facts["lost"]), shortened(facts["nameless"])
+        told.append(translated(LOST, lost=lost, nameless=nameless))
     return "; ".join(told)
 
 

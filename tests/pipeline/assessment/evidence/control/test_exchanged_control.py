@@ -319,9 +319,56 @@ def test_names_that_were_mixed_are_named(which, way):
     said = suggestion_of(cause)
     name = cause.names[0]
     assert f"{len(given_as)} control points lie where others" in str(said)
-    assert f"{name} where {given_as[name]} is given" in str(said)
-    assert ("further point" in str(said)) == (len(given_as) > 4)
+    if "slipped" in which:
+        rows = "1 row" if which == "slipped by one" else "2 rows"
+        slip = f"names of the list have slipped by {rows}: {name} lies where"
+        assert f"{slip} {given_as[name]} is given, and so on to" in str(said)
+    else:
+        assert f"{name} where {given_as[name]} is given" in str(said)
     assert "Put their names right" in said.remedy
+
+
+def with_name_lost(block, way):
+    """Names from a row on moved up or down, as where a cell was deleted or inserted."""
+    control = block.control_points
+    names = control["point_id"].to_numpy(dtype=object, copy=True)
+    if way == "deleted":  # the last row has no name then
+        names[5:-1] = names[6:].copy()
+        control = control.assign(point_id=names).iloc[:-1]
+    else:
+        names[6:] = names[5:-1].copy()
+        control = control.assign(point_id=names).drop(index=control.index[5])
+    return replace(block, control_points=control.reset_index(drop=True))
+
+
+@pytest.mark.parametrize(
+    ("way", "kind", "method"),
+    [("deleted", "affine", "two_step"), ("inserted", "helmert_3d", "simultaneous")],
+)
+def test_list_that_lost_a_name_is_told_as_such(way, kind, method):
+    """860 m were told for 620, with a strained network as the cause."""
+    good = simulated(kind)
+    block = with_name_lost(good, way)
+    result = densified(block, method)
+    cause = result.assessment.findings[0]
+    names = good.control_points["point_id"].to_list()
+    assert (cause.code, cause.facts["slipped_rows"]) == (CODE, 1)
+    moved = names[6:-1]
+    to = names[7:] if way == "deleted" else names[5:-2]
+    assert list(cause.names[:-1]) == moved
+    assert list(cause.facts["given_as"]) == to
+    lost, nameless = (
+        (names[-1], names[6]) if way == "deleted" else (names[5], names[-2])
+    )
+    assert cause.names[-1] == cause.facts["lost"] == lost
+    assert cause.facts["nameless"] == nameless
+    assert result.assessment.credible.value == pytest.approx(
+        true_error(result, block), rel=0.01
+    )
+    said = " ".join(str(suggestion_of(cause)).split())
+    slip = f"slipped by 1 row: {moved[0]} lies where {to[0]} is given"
+    assert f"{slip}, and so on to {moved[-1]}" in said
+    assert f"no coordinates of {lost} are given, and those of {nameless} are of" in said
 
 
 @pytest.mark.parametrize("which", ["two pairs", "three went round"])

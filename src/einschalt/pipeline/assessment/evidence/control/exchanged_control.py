@@ -29,6 +29,8 @@ from einschalt.stages.simultaneous.adjustment import determined_part
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.exchanged_points import (
+    NOWHERE,
+    Slips,
     names_of_given_points,
     put_right,
     slipped_names,
@@ -41,16 +43,32 @@ MOST_TRIED = 3
 # of chance, where all models are mirrored and would not be
 LEVEL_OF_MIRROR = 0.05
 # measured points, beyond which a block is not computed again
-MOST_MEASURED = 20_000
+MOST_MEASURED = 100_000
+
+
+@dataclass(frozen=True)
+class MixedNames:
+    """Given points whose coordinates stand under other names."""
+
+    # the name under which the coordinates of each are given, in the order of the list
+    given_as: dict[str, str]
+    # where the list has lost a name: the point whose coordinates are not given, and the
+    # name under which those of a point stand that is not in the list
+    lost: str = ""
+    nameless: str = ""
+    rows: int = 0  # by which a part of the list has slipped; 0 where none has
+
+    @property
+    def points(self):
+        """Names of all that lie elsewhere, in the order of the list; ``lost`` last."""
+        return (*self.given_as, self.lost) if self.lost else tuple(self.given_as)
 
 
 @dataclass(frozen=True, eq=False)
 class ExchangedControl:
     """Control points under each other's name."""
 
-    # with the name under which the coordinates of each are given, in the order of the
-    # list
-    given_as: dict[str, str]
+    names: MixedNames
     apart: float  # the farthest from where it is given [m]
     rms: float  # of the differences at all given points, TOTAL [m]
     rms_exchanged: float  # the same of the block with the names put right
@@ -77,8 +95,8 @@ def find_exchanged_control(examined) -> ExchangedControl | None:
 
 def _first_of(examined, measure, missed):
     """The first names that explain what given points are missed by, or None."""
-    for given_as in _likely(examined):
-        found = _tried(examined, measure, missed, given_as)
+    for names in _likely(examined):
+        found = _tried(examined, measure, missed, names)
         if found is not None:
             return found
     return None
@@ -108,30 +126,30 @@ def with_control_exchanged(error, block, flights, solve):
     if not (is_possible and _is_small(flights)):
         return error
     in_plan = _in_plan(block, flights)
-    for given_as in _that_adjust(block, in_plan, FINDING_SIGNIFICANCE):
+    for names in _that_adjust(block, in_plan, FINDING_SIGNIFICANCE):
         try:
-            solve(with_names_put_right(block, given_as))
+            solve(with_names_put_right(block, names))
         except EinschaltError:
             continue
-        return error.with_facts(remedy=_remedy(given_as))
+        return error.with_facts(remedy=_remedy(names))
     return error
 
 
-def _remedy(given_as):
-    one, other = next(iter(given_as.items()))
-    if len(given_as) == 2:
+def _remedy(names):
+    one, other = next(iter(names.given_as.items()))
+    if len(names.points) == 2:
         return (
             f"Exchange the names of control points {one} and {other}: each lies where "
             "the other one is given"
         )
-    n_more = len(given_as) - 1
+    n_more = len(names.points) - 1
     return (
         f"Put the names of control right: {one} lies where {other} is given, and "
         f"{n_more} more lie where others of them are"
     )
 
 
-def with_names_put_right(block, given_as):
+def with_names_put_right(block, names):
     """A block whose given points have the names of where they lie.
 
     Approximate points as well, where models are fitted onto control.
@@ -139,19 +157,20 @@ def with_names_put_right(block, given_as):
     Parameters
     ----------
     block : Block
-    given_as : dict of str
-        The name under which the coordinates of each point are given.
+    names : MixedNames
+        What has no name then, is left out.
     """
-    right = {given: name for name, given in given_as.items()}
     tables = ["control_points"]
     if _are_fitted_onto_control(block):
         tables.append("approximate_points")
-    return replace(block, **{n: _renamed(getattr(block, n), right) for n in tables})
+    return replace(block, **{n: _renamed(getattr(block, n), names) for n in tables})
 
 
-def _renamed(points, right):
-    names = [right.get(name, name) for name in points["point_id"]]
-    return points.assign(point_id=np.array(names, dtype=object))
+def _renamed(points, names):
+    right = {given: name for name, given in names.given_as.items()}
+    points = points[points["point_id"] != names.nameless].reset_index(drop=True)
+    named = [right.get(name, name) for name in points["point_id"]]
+    return points.assign(point_id=np.array(named, dtype=object))
 
 
 def _control_is_fitted(block):
@@ -257,7 +276,7 @@ def _that_match(two_step):
     rounds = _rounds({k: int(nearest[k]) for k in np.flatnonzero(is_other)})
     ways = [[k for each in rounds for k in each], *rounds] if rounds else []
     given_as = [{str(names[k]): str(names[nearest[k]]) for k in way} for way in ways]
-    return given_as[:MOST_TRIED]
+    return list(map(MixedNames, given_as[:MOST_TRIED]))
 
 
 def _rounds(step):
@@ -281,19 +300,31 @@ def _that_adjust(block, in_plan, significance):
     solution, point_id = in_plan
     names = names_of_given_points(solution)
     name_of = point_id[names.places]
-    lists, likely = _lists(block, name_of), []
-    slipped = [order for each in lists for order in slipped_names(each, len(name_of))]
-    for found in put_right(names, slipped):
+    lists, likely, least = _lists(block, name_of), [], np.inf
+    slips = [slipped_names(each, len(name_of)) for each in lists]
+    slips = Slips(*map(np.concatenate, zip(*slips, strict=True)))
+    for found in put_right(names, slips):
         is_better = LEAST_IMPROVEMENT**2 * found.left < 1.0
         is_better &= found.log_chance <= np.log(significance)
-        ways = [(found.left[k], found.orders[k]) for k in np.flatnonzero(is_better)]
+        places = np.flatnonzero(is_better)[:MOST_TRIED]
         # more mistakes leave a little less of any errors
-        if ways and (not likely or LEAST_IMPROVEMENT**2 * ways[0][0] < likely[0][0]):
+        if len(places) and LEAST_IMPROVEMENT**2 * found.left[places[0]] < least:
+            least = found.left[places[0]]
+            ways = [_named(name_of, lists[0], found, k) for k in places]
             likely = [*ways, *likely]
-    return [
-        {str(name_of[k]): str(name_of[order[k]]) for k in lists[0] if order[k] != k}
-        for _, order in likely[:MOST_TRIED]
-    ]
+    return likely[:MOST_TRIED]
+
+
+def _named(name_of, listed, found, place):
+    """The order at a place among those that were found, by names."""
+    order, free = found.orders[place], found.free[place]
+    moved = [k for k in listed if order[k] != k and k != free]
+    return MixedNames(
+        given_as={str(name_of[k]): str(name_of[order[k]]) for k in moved},
+        lost="" if free == NOWHERE else str(name_of[free]),
+        nameless="" if free == NOWHERE else str(name_of[order[free]]),
+        rows=int(found.rows[place]),
+    )
 
 
 def _lists(block, name_of):
@@ -325,10 +356,10 @@ def _in_plan(block, flights):
     return adjust(observations), tables.point_id[part.points]
 
 
-def _tried(examined, measure, missed, given_as):
+def _tried(examined, measure, missed, names):
     """Names, if the block with them put right misses given points by far less."""
     try:
-        again = examined.computed_again(with_names_put_right(examined.block, given_as))
+        again = examined.computed_again(with_names_put_right(examined.block, names))
     except EinschaltError:  # nothing is gained
         return None
     # models that failed for the names need not fail then
@@ -340,9 +371,9 @@ def _tried(examined, measure, missed, given_as):
     given = examined.block.control_points.drop_duplicates("point_id")
     given = given.set_index("point_id")[PLAN]
     here, there = (
-        given.loc[list(names)].to_numpy(dtype=float)
-        for names in (given_as, given_as.values())
+        given.loc[list(points)].to_numpy(dtype=float)
+        for points in (names.given_as, names.given_as.values())
     )
     apart = float(np.hypot(*(there - here).T).max())
     moved = new_points_apart(examined, again.points)
-    return ExchangedControl(given_as, apart, missed, after, again, moved)
+    return ExchangedControl(names, apart, missed, after, again, moved)
