@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# given points that are tried, all of them with each other: two seconds
+# given points that are tried, all of them with each other: three seconds
 MOST_GIVEN = 500
 # answers of all points that are computed together, and orders
 AT_ONCE, MOST_AT_ONCE = 64, 1000
@@ -35,8 +35,9 @@ LEAST_BESIDE = 1e-3
 # one after the other, and those in a row that gain nothing: one may lead away from what
 # two lead to
 MOST_EXCHANGES, MOST_IDLE = 20, 2
-# orders that further exchanges start from
-MOST_KEPT = 12
+# orders that further exchanges start from; of many points fewer, that all of them with
+# another pair are no more than so many
+LEAST_KEPT, MOST_KEPT, MOST_FURTHER = 2, 12, 130_000
 NOWHERE = -1  # in place of a point
 # rows by which the names of a list, or of a part of it, have slipped
 SLIPS = (1, -1, 2, -2, 3, -3)
@@ -289,10 +290,11 @@ def _with_another_pair(names, orders):
     """The best of all orders with two names exchanged besides, and what they leave."""
     n = len(names.places)
     one, other = np.triu_indices(n, 1)
+    n_kept = int(np.clip(MOST_FURTHER // len(one), LEAST_KEPT, MOST_KEPT))
     left = [names.left_with_another_pair(order)[one, other] for order in orders]
     left = np.concatenate(left)
     # some lead to the same order: enough of them that so many differ
-    n_most = min(len(left), MOST_KEPT * len(orders))
+    n_most = min(len(left), n_kept * len(orders))
     best = np.argpartition(left, n_most - 1)[:n_most]
     best = best[np.argsort(left[best], kind="stable")]
     which, pair = np.divmod(best, len(one))
@@ -302,7 +304,7 @@ def _with_another_pair(names, orders):
     exchanged = found.copy()
     exchanged[rows, one], exchanged[rows, other] = found[rows, other], found[rows, one]
     _, first = np.unique(exchanged, axis=0, return_index=True)
-    first = np.sort(first)[:MOST_KEPT]
+    first = np.sort(first)[:n_kept]
     return exchanged[first], left[best[first]]
 
 

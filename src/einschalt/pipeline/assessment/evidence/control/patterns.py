@@ -234,20 +234,20 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
 
 
 def _worst_height(signatures, patterns, is_free, is_used):
-    """The clearest pattern in heights; or a group of points, if it explains more."""
+    """The clearest pattern in heights; or a group of points, if it explains more.
+
+    Of a group the smaller part is taken for the wrong one, as of groups in plan.
+    """
     shown = Differences(signatures, HEIGHT)
     found = _worst(signatures, HEIGHT, patterns, shown, is_free, is_used)
     group = _group(signatures, patterns, shown, is_free, found[0])
     if group is None:
         return found
     rows, shift, p_value = group
-    pattern = Pattern(Kind.GROUP, rows)
-    moved = max(
-        signatures.moved(each, (shift,), HEIGHT) for each in _wrong(pattern, is_used)
-    )
+    moved = signatures.moved(Pattern(Kind.GROUP, rows), (shift,), HEIGHT)
     names = signatures.control["point_id"].to_numpy(dtype=object)
     found = FoundPattern(
-        kind=pattern.kind,
+        kind=Kind.GROUP,
         flights=(),
         point_ids=tuple(names[rows != 0.0]),
         n_control=int(is_used.sum()),
