@@ -783,7 +783,7 @@ def test_photographs_like_a_mirror_are_told_before_anything_is_computed(
     shown = invoke("init", tmp_path / "b", *given)
     assert shown.exit_code == 2
     output = " ".join(shown.output.split())
-    assert "all 5 photographs with enough known points are mirrored" in output
+    assert "5 of 5 photographs with enough known points are mirrored" in output
     assert "Change the sign of y of the image points, or exchange" in output
     assert "write it anew with --again" in output
     refused = invoke("densify", tmp_path / "b", "--output", tmp_path / "r")

@@ -60,7 +60,7 @@ def test_photographs_with_one_axis_the_other_way_are_told(axis):
     images, ground = photographs()
     (problem,) = problems_of(images.assign(**{axis: -images[axis]}), ground)
     assert problem.file == "images.csv"
-    assert "all 3 photographs" in problem.found
+    assert "3 of 3 photographs" in problem.found
     assert "mirrored against known.csv" in problem.found
 
 

@@ -68,7 +68,6 @@ FACTS = Part(
             "",
             "number of rows by which names of a list have slipped, 0 if they have not",
         ),
-        "first": ("", "first of these points in the list"),
         "last": ("", "last of these points in the list"),
         "lost": ("", "point whose coordinates are not given, empty if there is none"),
         "nameless": (

@@ -10,13 +10,14 @@ import pickle
 import queue
 import struct
 import threading
-from contextlib import suppress
+from contextlib import nullcontext
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.garbage import clear_garbage, made_for_good
 from einschalt.foundations.limited_memory import take_room_for_linear_algebra
 
 LENGTH = struct.Struct("<Q")
+LATER = nullcontext()  # in which questions after the first are loaded
 
 
 def limit_memory(n_bytes):
@@ -44,17 +45,14 @@ def main():
     listener.daemon = True
     listener.start()
     with os.fdopen(answers, "wb") as pipe:
-        is_first = True
+        loading = made_for_good()  # the first question imports what answers them all
         while True:
-            question = questions.get()
-            if is_first:
-                _import_for_good(question)
-            answer = _pickled(_answer(question))
+            answer = _pickled(_answer(questions.get(), loading))
             pipe.write(LENGTH.pack(len(answer)) + answer)
             pipe.flush()
             # arrays of a block may be large; after the first, modules are left
-            clear_garbage(for_good=is_first)
-            is_first = False
+            clear_garbage(for_good=loading is not LATER)
+            loading = LATER
 
 
 def _listen(descriptor, questions):
@@ -66,15 +64,10 @@ def _listen(descriptor, questions):
         os._exit(0)
 
 
-def _import_for_good(question):
-    """Import what answers questions; whether it can be is said with the answer."""
-    with suppress(Exception), made_for_good():
-        pickle.loads(question)
-
-
-def _answer(question):
+def _answer(question, loading):
     try:
-        function, task = pickle.loads(question)
+        with loading:
+            function, task = pickle.loads(question)
         return function(task), None
     except Exception as error:  # noqa: BLE001 - it is the answer
         return None, error

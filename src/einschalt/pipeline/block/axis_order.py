@@ -128,10 +128,10 @@ def mirrored_problems(images, ground, name, files):
     n_mirrored, n_told = is_mirrored.sum(), is_told.sum()
     if not n_mirrored or is_upright.any() or 2 * n_mirrored < n_told:
         return []
-    return [_mirrored_problem(name, n_mirrored, *files)]
+    return [_mirrored_problem(name, n_mirrored, n_told, *files)]
 
 
-def _mirrored_problem(name, n_mirrored, photographs, table):
+def _mirrored_problem(name, n_mirrored, n_told, photographs, table):
     remedy = (
         "Change the sign of y of the image points, or exchange eastings and northings"
     )
@@ -142,8 +142,8 @@ def _mirrored_problem(name, n_mirrored, photographs, table):
             "or of the table are wrong"
         )
     return ConsistencyError(
-        f"[{name}] all {n_mirrored} photographs with enough known points are "
-        f"mirrored against {table}",
+        f"[{name}] {n_mirrored} of {n_told} photographs with enough known points are "
+        f"mirrored against {table}, and none stands upright",
         expected="x to the right, y upwards; eastings to the east, northings to the "
         "north",
         remedy=remedy,

@@ -88,13 +88,7 @@ class NamesOfGivenPoints:
         squares[rows] -= np.einsum("ka,kab,kb->k", right, own[at], right)
         # of the point that explains most by itself
         alone = np.einsum("ka,kab,kb->k", self.pull, own, self.pull).max()
-        explained = np.full(len(orders), self.explained)
-        explained[rows] -= alone
-        left = np.full(len(orders), np.inf)
-        is_told = explained > LEAST_BESIDE * self.explained
-        left[is_told] = np.maximum(self.explained + squares[is_told], 0.0)
-        left[is_told] /= explained[is_told]
-        return left
+        return self._share(squares, np.where(free != NOWHERE, alone, 0.0))
 
     def left_with_another_pair(self, order):
         """The same with any two exchanged besides, (n_given, n_given)."""
@@ -111,10 +105,13 @@ class NamesOfGivenPoints:
         np.fill_diagonal(left, np.inf)
         return left
 
-    def _share(self, squares):
-        if not self.explained > 0.0:
-            return np.full(squares.shape, np.inf)
-        return np.maximum(self.explained + squares, 0.0) / self.explained
+    def _share(self, squares, beside=0.0):
+        """What is left of what is explained, but for what something else explains."""
+        explained = np.broadcast_to(self.explained - beside, squares.shape)
+        is_told = explained > LEAST_BESIDE * self.explained
+        left = np.full(squares.shape, np.inf)
+        rest = np.maximum(self.explained + squares, 0.0)
+        return np.divide(rest, explained, out=left, where=is_told)
 
     def log_chance(self, left, log_trials, n_free=0):
         """Logarithm of the probability that some trial leaves so little by chance.

@@ -173,7 +173,6 @@ def exchanged_control(examined):
             "n_points": len(mixed.points),
             "given_as": tuple(mixed.given_as.values())[:MOST_NAMED],
             "slipped_rows": mixed.rows,
-            "first": next(iter(mixed.given_as)),
             "last": next(reversed(mixed.given_as)),
             "lost": mixed.lost,
             "nameless": mixed.nameless,
