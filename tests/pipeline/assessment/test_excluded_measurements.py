@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from tests.judged_alone import judged_alone
 
+from einschalt.pipeline.assessment.evidence.control.heights import HEIGHT_OF_CHECK
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
@@ -327,7 +328,7 @@ def test_heights_without_the_control_that_was_set_aside_are_as_claimed(seed):
     assert 0.7 < heights.value / error < 1.4
     # and it is the heights of the adjustment that are compared with the check points
     check = result.points[result.points["role"] == "check"]
-    (test,) = result.examination.height_claim.tests
+    test = result.examination.height_claim.of(HEIGHT_OF_CHECK)
     rms = np.sqrt(np.mean(check["difference_height"] ** 2))
     assert test.observed == pytest.approx(rms)
 

@@ -341,6 +341,13 @@ FACTS = Part(
                 "same way, so that the others may be wrong instead"
             ),
         ),
+        "are_many": (
+            "",
+            (
+                "whether so many control points were set aside that the others may be "
+                "wrong instead"
+            ),
+        ),
         "n_exchanges": ("", "number of pairs of exchanged names"),
         "exchanges": ("", "pairs of exchanged names, the worst first, at most 100"),
         "takes_part": (

@@ -312,7 +312,7 @@ CAUSES = mark_each(
             "The coordinates or the name of the control point are wrong, or another "
             'point was measured; outliers is not "keep", so that it takes no part. '
             "Points that are off in one direction share an error, or other control "
-            "does."
+            "does; so may either where many are set aside."
         ),
         "control_that_contradicts": (
             "The coordinates or the name of the control point are wrong, or another "

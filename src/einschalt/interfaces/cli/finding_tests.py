@@ -104,7 +104,8 @@ TESTS = mark_each(
         "control_set_aside": (
             "The correction that the adjustment gives to each control point, against "
             "its standard error; of several points, whether they are off in one "
-            "direction, as independent errors are not."
+            "direction, as independent errors are not, and whether they are more than "
+            "two fifths of the control."
         ),
         "control_that_contradicts": (
             "Each control point is predicted without itself; the difference is "

@@ -30,9 +30,6 @@ WORSE = 2.0
 # they lie so much nearer to a way (RMS) that what contradicts its figure does not
 # count: where it is the smaller one, and where it is not
 NEARER, MUCH_NEARER = 0.9, 0.8
-# measured points of a block that is adjusted as well, to tell what that would give:
-# some 0.5 s beside two steps of 0.7 s
-MOST_TRIED = 20_000
 
 
 class ChoiceReason(StrEnum):
@@ -205,8 +202,7 @@ def adjustment_beside(two_step) -> MethodChoice | None:
 
 def is_tried(two_step) -> bool:
     """Whether one adjustment is made as well, to tell what it would give."""
-    n_measured = sum(map(len, two_step.model_points.values()))
-    return n_measured <= MOST_TRIED and is_untried(two_step)
+    return two_step.is_small and is_untried(two_step)
 
 
 def _if_better(asked, two_step, adjusted):

@@ -390,7 +390,11 @@ class SimultaneousExamination(SuspectControl, Examination):
 
     @cached_property
     def two_step(self):
-        """Examination of the models that it holds in two steps."""
+        """Examination in two steps of the models, and the control, that it holds."""
+        return self._without_set_aside or self._with_all_control
+
+    @cached_property
+    def _with_all_control(self):
         held, whole = self.solution.two_step, self.solution.all_in_two_steps
         return self.all_in_two_steps if held is whole else examine(held)
 
@@ -407,7 +411,7 @@ class SimultaneousExamination(SuspectControl, Examination):
         if not self.two_step.is_possible:
             return self.two_step.height_claim
         return examine_adjusted_heights(
-            self.two_step, self.points, is_without_control=bool(self._set_aside)
+            self.two_step, self.points, is_without_control=bool(self._disputed)
         )
 
     @property

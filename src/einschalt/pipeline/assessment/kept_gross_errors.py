@@ -18,7 +18,6 @@ from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.causes import SHARED, with_consequences
-from einschalt.pipeline.assessment.choice import MOST_TRIED
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
@@ -300,8 +299,7 @@ def _without_points(examined, targets):
     measurements.
     """
     block, flights = examined.block, dict(examined.all_in_two_steps.solution.flights)
-    n_points = sum(len(oriented.model_points) for oriented in flights.values())
-    if n_points > MOST_TRIED:
+    if not _is_small(examined.all_in_two_steps):
         return None
     for flight in (HIGH, LOW):
         names = [each.point_id for each in targets if (each.flight or LOW) == flight]
@@ -354,9 +352,7 @@ def _may_follow(found):
 
 def _is_small(two_step):
     """Whether a block is so small that it is computed once more."""
-    if not two_step.is_possible:
-        return False
-    return sum(map(len, two_step.model_points.values())) <= MOST_TRIED
+    return two_step.is_possible and two_step.is_small
 
 
 def _snooped(examined):

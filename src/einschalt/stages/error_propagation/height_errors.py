@@ -52,6 +52,8 @@ def _ratio_to_plan(model, heights):
     of_height = sizes[name][:, None] * [0.0, 0.0, 1.0]
     look = heights.differences if heights.n_repeated else heights.residuals
     from_others = _mean_squares(look(_drawn(model, {**sizes, name: in_plan})))
+    if not len(from_others):  # no model has heights to spare
+        return np.nan
     from_heights = _mean_squares(look(_drawn(model, {**none, name: of_height})))
     # a model that may tilt by metres tells nothing of centimetres
     told = from_others <= MOST_FROM_OTHERS * np.median(from_others)

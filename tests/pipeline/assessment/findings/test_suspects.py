@@ -98,7 +98,7 @@ def adjusted_with(**is_set_aside):
         }
     ).assign(**is_set_aside)
     return SimpleNamespace(
-        adjustment=SimpleNamespace(control=control), set_aside_is_alike=False
+        adjustment=SimpleNamespace(control=control), set_aside_may_be_right=False
     )
 
 
@@ -121,12 +121,15 @@ def test_control_that_was_set_aside_is_a_warning():
 
 def test_control_that_was_set_aside_and_may_be_right_is_grave():
     aside = adjusted_with(is_set_aside=[False, True, True])
-    aside.set_aside_is_alike = True
+    aside.set_aside_may_be_right = True
     found = judges.control_against_block(aside)
     assert found.code == "control_set_aside"
     assert found.gravity is Gravity.GRAVE
     assert found.remedy == "check_all_control"
     assert found.facts["are_alike"]
+    # two of three: more than data snooping is made for
+    assert found.facts["are_many"]
+    assert found.facts["n_control"] == 3
 
 
 def test_control_that_fits_is_not_named():

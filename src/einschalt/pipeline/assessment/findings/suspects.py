@@ -5,6 +5,10 @@ import numpy as np
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
+from einschalt.pipeline.assessment.evidence.control.suspect_control import (
+    are_many_set_aside,
+    are_set_aside_alike,
+)
 from einschalt.pipeline.assessment.evidence.control.suspects import (
     LARGE_SPREAD,
     coverages_stand_out,
@@ -203,13 +207,18 @@ def control_against_block(adjusted):
     if not suspects["is_set_aside"].any():
         remedy = "check_control_or_snoop"
         return finding("control_against_block", remedy=remedy, facts=facts, **told)
-    are_alike = adjusted.set_aside_is_alike
+    may_be_right = adjusted.set_aside_may_be_right
     return finding(
         "control_set_aside",
         # if the others are wrong, so is the whole block
-        gravity=Gravity.GRAVE if are_alike else Gravity.WARNING,
-        remedy="check_all_control" if are_alike else "check_control",
-        facts=facts | {"are_alike": are_alike},
+        gravity=Gravity.GRAVE if may_be_right else Gravity.WARNING,
+        remedy="check_all_control" if may_be_right else "check_control",
+        facts={
+            **facts,
+            "n_control": len(control),
+            "are_alike": may_be_right and are_set_aside_alike(control),
+            "are_many": may_be_right and are_many_set_aside(control),
+        },
         **told,
     )
 

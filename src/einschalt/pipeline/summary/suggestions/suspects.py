@@ -54,6 +54,10 @@ ALIKE = mark(
     "All of them are off in one direction, as if they shared an error, or as if the "
     "control that is kept did: nothing measured tells which of the two is wrong."
 )
+MANY = mark(
+    "These are {n_points} of {n_control} control points: where so many are refused, "
+    "nothing tells whether they are wrong or the control that is kept."
+)
 MEASURED = mark(
     "m_g_um of the {flight} is given as {given}, but the measurements show {shown}"
 )
@@ -90,7 +94,12 @@ def control_against_block(finding):
 
 def control_set_aside(finding):
     """Which control points, and whether they may be right."""
-    details = (translated(ALIKE),) if finding.facts["are_alike"] else ()
+    facts, details = finding.facts, ()
+    if facts["are_alike"]:
+        details = (translated(ALIKE),)
+    elif facts["are_many"]:
+        n_points, n_control = facts["n_points"], facts["n_control"]
+        details = (translated(MANY, n_points=n_points, n_control=n_control),)
     remedy = translated(REMEDIES[finding.remedy])
     return Suggestion(filled(SET_ASIDE, finding), remedy, details)
 

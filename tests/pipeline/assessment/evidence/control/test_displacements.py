@@ -133,7 +133,7 @@ def test_a_clean_block_is_not_doubted_for_a_suspect_that_chance_makes():
 def test_ways_that_come_apart_by_more_than_their_errors(s_0, expected):
     one = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)}, s_0)
     one.two_step = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
-    found = moved_between_ways(one)
+    found = moved_between_ways(one, one.two_step)
     # errors beyond twice the stated ones explain nothing: s_0 counts up to 2
     assert found.plan == pytest.approx(expected, abs=1e-4)
 
@@ -145,7 +145,9 @@ def test_ways_are_held_apart_without_what_the_two_steps_alone_follow(regions, ex
     one.two_step = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
     one.two_step.is_put_off = True
     one.two_step.corrected = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)})
-    assert moved_between_ways(one).plan == pytest.approx(expected, abs=1e-4)
+    assert moved_between_ways(one, one.two_step).plan == pytest.approx(
+        expected, abs=1e-4
+    )
 
 
 def test_points_that_two_steps_contradict_themselves_do_not_count():
@@ -153,7 +155,7 @@ def test_points_that_two_steps_contradict_themselves_do_not_count():
     apart = {"easting": [9.0, 9.0, 0.0, 0.0], "northing": np.zeros(4)}
     one = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
     one.two_step = fake(apart)
-    assert moved_between_ways(one).plan > 6.0
+    assert moved_between_ways(one, one.two_step).plan > 6.0
     one.two_step.far_apart = np.array([True, True, False, False])
     values = pd.DataFrame(
         {
@@ -163,7 +165,7 @@ def test_points_that_two_steps_contradict_themselves_do_not_count():
         }
     )
     one.two_step.means.used = values
-    assert moved_between_ways(one) == NOTHING
+    assert moved_between_ways(one, one.two_step) == NOTHING
 
 
 def residuals_of(easting, suspects):

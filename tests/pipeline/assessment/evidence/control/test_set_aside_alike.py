@@ -7,6 +7,7 @@ from scipy.stats import binom
 
 from einschalt.pipeline.assessment.evidence.control.suspect_control import (
     SIGNIFICANCE,
+    are_many_set_aside,
     are_set_aside_alike,
 )
 
@@ -42,6 +43,13 @@ def test_only_what_was_set_aside_counts():
     vectors = [(1.0, 0.0), (1.0, 0.01), (1.0, 0.02)]
     aside = [True, False, False]
     assert not are_set_aside_alike(control_off_by(vectors, is_set_aside=aside))
+
+
+@pytest.mark.parametrize(("n", "are_many"), [(0, False), (2, False), (3, True)])
+def test_more_than_two_of_five_are_many(n, are_many):
+    aside = np.arange(5) < n
+    control = control_off_by(np.ones((5, 2)), is_set_aside=aside)
+    assert are_many_set_aside(control) is are_many
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])

@@ -237,13 +237,12 @@ def _beyond_usual(squares, all_squares, low):
     return np.nan_to_num(np.maximum(squares - usual, 0.0))
 
 
-def moved_between_ways(adjusted) -> Displacement:
-    """How far one adjustment lies from the two steps, beyond the errors of both.
+def moved_between_ways(adjusted, two_step) -> Displacement:
+    """How far one adjustment lies from two steps, beyond the errors of both.
 
     These are enlarged by s_0, but not by one that gross errors make. What given
     approximate points do that are wrong does not count: an adjustment follows control.
     """
-    two_step = adjusted.two_step
     if not two_step.is_possible:
         return NOTHING
     # regions of the adjustment are those that control follows too

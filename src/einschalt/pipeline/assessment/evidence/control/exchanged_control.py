@@ -15,9 +15,11 @@ from scipy.spatial import KDTree
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     new_points_apart,
+    where_it_matters,
 )
 from einschalt.pipeline.assessment.known_points import DIFFERENCES, total_rms
 from einschalt.pipeline.densification.simultaneous import ADJUSTED_AS, block_tables
@@ -73,7 +75,7 @@ class ExchangedControl:
     rms: float  # of the differences at all given points, TOTAL [m]
     rms_exchanged: float  # the same of the block with the names put right
     corrected: object  # examination of that block
-    moved: Displacement  # the new points by putting it right
+    moved: Displacement  # the new points by putting it right, beyond chance
 
 
 def find_exchanged_control(examined) -> ExchangedControl | None:
@@ -375,5 +377,17 @@ def _tried(examined, measure, missed, names):
         for points in (names.given_as, names.given_as.values())
     )
     apart = float(np.hypot(*(there - here).T).max())
-    moved = new_points_apart(examined, again.points)
+    moved = _moved(examined, again, list(names.given_as))
     return ExchangedControl(names, apart, missed, after, again, moved)
+
+
+def _moved(examined, again, names):
+    """How far the new points lie from where they do with names put right.
+
+    Of names that take no part in them no more than chance leaves.
+    """
+    moved = new_points_apart(examined, again.points)
+    if is_among(names, examined.held_control["point_id"]).any():
+        return moved
+    both = (moved.plan, again.credible.value), (moved.height, again.stated_height)
+    return Displacement(*(where_it_matters(*of, is_refuted=False) for of in both))

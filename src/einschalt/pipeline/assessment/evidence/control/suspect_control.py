@@ -3,13 +3,16 @@
 Errors of single control points have nothing in common. If a part of the control is
 shifted, the block bends between both parts, and data snooping refuses whichever points
 are fewer or weaker, right or wrong: their strains are parallel, if not equal. No
-residual is left then that tells which part is wrong.
+residual is left then that tells which part is wrong. Nor does any where hardly more is
+kept than was set aside, as where heights of two systems are given.
 """
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
@@ -22,12 +25,18 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
+from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
+    without_given,
+)
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
 from einschalt.stages.error_propagation.given_points import PLAN
 
 # that single errors lie as close to one direction, or to one line, as those found
 SIGNIFICANCE = 0.1
 FEWEST = 2
+# share of control: data snooping is made for single errors, and where more is refused
+# the others need not be the right ones
+MOST_SET_ASIDE = 0.4
 FEWEST_CONFIRMING = 4  # check points
 
 
@@ -35,17 +44,26 @@ def may_hold_wrong_control(examined) -> bool:
     """Tell whether control that contradicts an adjustment takes part, or may do so."""
     control = examined.adjustment.control
     is_kept = bool((control["is_suspect"] & ~control["is_set_aside"]).any())
-    return is_kept or examined.set_aside_is_alike
+    return is_kept or examined.set_aside_may_be_right
 
 
 def set_aside_may_be_right(examined) -> bool:
-    """Tell whether control that was set aside is off in one direction.
+    """Tell whether control that was set aside is off in one direction, or is much.
 
     Not where check points agree with the adjustment without it.
     """
     known = examined.known_check
     is_confirmed = known.count >= FEWEST_CONFIRMING and not known.are_beyond
-    return not is_confirmed and are_set_aside_alike(examined.adjustment.control)
+    control = examined.adjustment.control
+    return not is_confirmed and (
+        are_set_aside_alike(control) or are_many_set_aside(control)
+    )
+
+
+def are_many_set_aside(control) -> bool:
+    """Tell whether so much was set aside that the rest need not be right."""
+    is_out = control["is_set_aside"].to_numpy(dtype=bool)
+    return bool(is_out.mean() > MOST_SET_ASIDE)
 
 
 def are_set_aside_alike(control) -> bool:
@@ -87,9 +105,15 @@ class SuspectControl:
         """How far it lies from the two steps, beyond the errors of both.
 
         Nothing where one control point contradicts it, which the two steps hold as
-        well; where several do, they may be right.
+        well; where several do, they may be right, and the heights as far off as
+        theirs are.
         """
-        return NOTHING if len(self._suspect_control) == 1 else moved_between_ways(self)
+        if len(self._suspect_control) == 1:
+            return NOTHING
+        moved = moved_between_ways(self, self.two_step)
+        if not self.set_aside_may_be_right:
+            return moved
+        return replace(moved, height=max(moved.height, self._set_aside_in_height))
 
     moved_by_suspect_control = cached_property(moved_by_suspect_control)
 
@@ -131,7 +155,7 @@ class SuspectControl:
     @property
     def moved_by_left_out(self):
         """That of the two steps, unless control was set aside."""
-        return NOTHING if self._set_aside else self.two_step.moved_by_left_out
+        return NOTHING if self._disputed else self.two_step.moved_by_left_out
 
     @property
     def held_control(self):
@@ -156,10 +180,28 @@ class SuspectControl:
         is_of_one = len(self._suspect_control) == 1 and not is_scale
         if two_step.left_out_control is None and is_of_one:
             return NO_PATTERNS
-        if not self._set_aside:
-            return two_step.control_patterns
-        set_aside = self._set_aside | two_step.excluded_control
+        if not self._disputed:
+            return self._with_divided_heights(two_step.control_patterns)
+        set_aside = self._disputed | two_step.excluded_control
         return find_control_patterns(two_step, set_aside)
+
+    def _with_divided_heights(self, patterns):
+        """Patterns, and a group of all control heights that set it apart from others.
+
+        Where some of either are left they still contradict each other, though too few
+        of the others may tell it.
+        """
+        if self._without_set_aside is None:
+            return patterns
+        of_all = self._with_all_control.control_patterns
+        group, names = of_all.height, set(self.adjustment.control["point_id"])
+        if group is None or group.kind is not Kind.GROUP:
+            return patterns
+        parts = set(group.point_ids), names - set(group.point_ids)
+        if any(part <= self._set_aside for part in parts):
+            return patterns
+        height = {"height": group, "moved_height": of_all.moved_height}
+        return replace(patterns, **height, p_height=of_all.p_height)
 
     @cached_property
     def strain(self):
@@ -172,9 +214,39 @@ class SuspectControl:
         return self._set_aside | frozenset(wrong_control(self.control_patterns))
 
     @cached_property
+    def _without_set_aside(self):
+        """Examination in two steps without the control that was set aside, or None.
+
+        None where none was, where it is alike, and may be right, and of large blocks.
+        """
+        beside = self._with_all_control
+        if not self._set_aside or are_set_aside_alike(self.adjustment.control):
+            return None
+        if not (beside.is_possible and beside.is_small):
+            return None
+        try:
+            return beside.computed_again(without_given(beside.block, self._set_aside))
+        except EinschaltError:  # the rest does not determine the block
+            return None
+
+    @property
+    def _disputed(self):
+        """Names of control that was set aside, and that the two steps hold."""
+        return frozenset() if self._without_set_aside else self._set_aside
+
+    @property
+    def _set_aside_in_height(self):
+        """How far control that was set aside is off in height, RMS [m]; 0 without."""
+        control = self.adjustment.control
+        if "strain_height" not in control:
+            return 0.0
+        strain = control.loc[control["is_set_aside"], "strain_height"]
+        return float(np.sqrt(np.nanmean(strain**2)))
+
+    @cached_property
     def _set_aside(self):
         control = self.adjustment.control
         return frozenset(control.loc[control["is_set_aside"], "point_id"])
 
-    set_aside_is_alike = cached_property(set_aside_may_be_right)
+    set_aside_may_be_right = cached_property(set_aside_may_be_right)
     keeps_wrong_control = property(may_hold_wrong_control)

@@ -64,6 +64,9 @@ from einschalt.theory.block_adjustment.control_information import control_checks
 
 # of larger blocks the test takes longer than everything else
 MOST_GIVEN = 20_000
+# measured points of a block that is computed once more, to tell what that gives: one
+# adjustment takes some 0.5 s beside two steps of 0.7 s
+MOST_TRIED = 20_000
 # of the shift of control: what moves less is not of its region
 MOVED_WITH_CONTROL = 0.1
 
@@ -99,6 +102,12 @@ class BesideDisplacedRegion:
     smooth_strain = cached_property(smooth_strain)
     adjusted_in_plan = cached_property(adjusted_in_plan)
     exchanged_control = cached_property(find_exchanged_control)
+
+    @property
+    def is_small(self):
+        """Whether a block is so small that it is computed once more."""
+        models = self.all_in_two_steps.model_points
+        return sum(map(len, models.values())) <= MOST_TRIED
 
     def computed_again(self, block, settings=None, flights=None, gross=None):
         """Examination of a block that is computed in the same way, in silence.
