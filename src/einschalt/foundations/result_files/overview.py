@@ -282,6 +282,10 @@ CREDIBLE = Part(
                 "control points are under each other's name, and the effect is added "
                 "to the figure with the names put right"
             ),
+            "exchanged_names": (
+                "points of a model were measured under each other's name, and the "
+                "effect is added to the figure with the names put right"
+            ),
         },
         "doubt": {
             "mirrored": (

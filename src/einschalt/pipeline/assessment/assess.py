@@ -80,12 +80,12 @@ from einschalt.pipeline.assessment.findings.catalogue import (
 )
 from einschalt.pipeline.assessment.kept_gross_errors import (
     with_broken_network,
-    with_exchanged_control,
     with_kept_gross_errors,
     with_other_targets,
     with_points_put_off,
     with_wrong_control,
     with_wrong_height,
+    with_wrong_names,
 )
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
@@ -189,7 +189,7 @@ def _of_other_method(examined, *, is_asked_for):
 def _with_gross_errors(examined, judges, findings):
     """Put what follows from wrong control, or from wrong measurements, under these."""
     # it looks like anything else, and so does what a height does to its models
-    findings = with_exchanged_control(examined, judges, findings)
+    findings = with_wrong_names(examined, judges, findings)
     findings = with_wrong_height(examined, judges, findings)
     findings = with_points_put_off(examined, judges, findings)
     findings = with_broken_network(examined, judges, findings)

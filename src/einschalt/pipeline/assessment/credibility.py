@@ -67,8 +67,10 @@ class Reason(StrEnum):
     DISPLACED = "displaced"
     # so are single given points
     WRONG_POINTS = "wrong_points"
-    # two control points under each other's name, which moves the points by so much
+    # control points under each other's name, which moves the points by so much
     EXCHANGED_CONTROL = "exchanged_control"
+    # measurements of a model are
+    EXCHANGED_NAMES = "exchanged_names"
 
 
 # figures that are at least as large
@@ -98,8 +100,8 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
-    if examined.exchanged_control is not None:
-        return _beside_exchanged_control(examined)
+    if examined.names_put_right is not None:
+        return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
     figures, claim = examined.figures, examined.claim
@@ -155,15 +157,16 @@ def _beside_points_put_off(examined):
     )
 
 
-def _beside_exchanged_control(examined):
-    """The figure with two names of control put right, and how far that moves points.
+def _beside_wrong_names(examined):
+    """The figure with names put right, and how far that moves points.
 
     A lower bound where it moves them; where no model is fitted onto control, they are
     as good as that figure. Where the pair is in no model that they hang on, they are
     known no better than this block knows them.
     """
-    exchanged, figures = examined.exchanged_control, examined.figures
-    rest, moved = exchanged.corrected.credible, exchanged.moved.plan
+    right, figures = examined.names_put_right, examined.figures
+    rest, moved = right.corrected.credible, right.moved.plan
+    is_control = right is examined.exchanged_control
     own = figures.mean_within if moved < rest.value else np.nan
     value = float(np.hypot(np.fmax(rest.value, own), moved))
     column = examined.claimed_column
@@ -174,7 +177,7 @@ def _beside_exchanged_control(examined):
         is_lower_bound=rest.is_lower_bound or moved > 0.0,
         column=column,
         factor=float(np.nanmax([1.0, value / claimed if claimed > 0.0 else np.nan])),
-        reason=Reason.EXCHANGED_CONTROL,
+        reason=Reason.EXCHANGED_CONTROL if is_control else Reason.EXCHANGED_NAMES,
         elsewhere=np.nan,
     )
 
@@ -301,8 +304,8 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
-    if examined.exchanged_control is not None:
-        return _beside_exchanged_control(examined)
+    if examined.names_put_right is not None:
+        return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)

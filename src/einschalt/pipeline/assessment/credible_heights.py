@@ -38,9 +38,9 @@ def credible_heights(examined) -> CredibleHeights | None:
     """
     if "height" not in examined.solution.points:
         return None
-    exchanged = examined.exchanged_control
-    if exchanged is not None:
-        return _beside_exchanged_control(examined.stated_height, exchanged)
+    right = examined.names_put_right
+    if right is not None:
+        return _beside_wrong_names(examined.stated_height, right)
     total = _stated_or_assumed(examined)
     rejected, moved = examined.height_claim.rejected, examined.displaced.height
     moved = where_it_matters(moved, total, is_refuted=bool(rejected))
@@ -69,12 +69,12 @@ def _stated_or_assumed(examined):
     return total
 
 
-def _beside_exchanged_control(total, exchanged):
-    """The figure with both names put right, and how far that moves heights."""
-    rest = exchanged.corrected.credible_heights
-    value = float(np.hypot(rest.value, exchanged.moved.height))
+def _beside_wrong_names(total, right):
+    """The figure with names put right, and how far that moves heights."""
+    rest = right.corrected.credible_heights
+    value = float(np.hypot(rest.value, right.moved.height))
     factor = max(1.0, value / total) if total > 0.0 else 1.0
-    is_least = rest.is_lower_bound or exchanged.moved.height > 0.0
+    is_least = rest.is_lower_bound or right.moved.height > 0.0
     return CredibleHeights(value, is_least, float(factor))
 
 

@@ -45,7 +45,7 @@ from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 OF_MODEL = ("flight", "coverage", "model_id")
 CODE = "kept_gross_measurements"
-EXCHANGED = "exchanged_control"
+EXCHANGED, EXCHANGED_NAMES = "exchanged_control", "exchanged_names"
 OTHER_TARGETS, WRONG_HEIGHT = "other_targets", "wrong_control_height"
 CLAIM = "claim_that_does_not_stand"
 # the block is computed without them: the first of them explains what is gone then
@@ -61,7 +61,7 @@ NEVER_FOLLOW = {
     *("measurements_given_twice", "points_in_one_model"),
 }
 NO_CONSEQUENCES = NEVER_FOLLOW | {
-    *("exchanged_names", EXCHANGED, "failed_models"),
+    *(EXCHANGED_NAMES, EXCHANGED, "failed_models"),
     *("models_without_redundancy", "points_in_one_coverage"),
 }
 # what comes from too little control, and from no error
@@ -102,19 +102,21 @@ def with_kept_gross_errors(examined, judges, findings):
     return in_order((*marked, _finding(examined.all_in_two_steps, gross, explained)))
 
 
-def with_exchanged_control(examined, judges, findings):
-    """Put what is gone with two names of control put right under these.
+def with_wrong_names(examined, judges, findings):
+    """Put what is gone with names put right, given or measured ones, under these.
 
     It spoils whatever is near: names that seem exchanged in measurements, or control
     that seems to be a new point, follow from it as well. What is left is told as it is
     without it.
     """
-    cause = next((found for found in findings if found.code == EXCHANGED), None)
-    if cause is None:
+    right = examined.names_put_right
+    is_control = right is examined.exchanged_control
+    code = EXCHANGED if is_control else EXCHANGED_NAMES
+    cause = next((found for found in findings if found.code == code), None)
+    if right is None or cause is None:
         return findings
-    again = examined.exchanged_control.corrected
-    left = {found.code: found for found in findings_of(again, judges)}
-    kept = {EXCHANGED, *NEVER_FOLLOW}
+    left = {found.code: found for found in findings_of(right.corrected, judges)}
+    kept = {code, *NEVER_FOLLOW}
     explained = tuple(
         found.code for found in findings if found.code not in {*kept, *left}
     )

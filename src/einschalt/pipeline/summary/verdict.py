@@ -263,7 +263,11 @@ def _failed(block):
 
 
 # the figure includes what is propagated
-OF_PROPAGATION = (Reason.PROPAGATED, Reason.EXCHANGED_CONTROL)
+OF_PROPAGATION = (
+    Reason.PROPAGATED,
+    Reason.EXCHANGED_CONTROL,
+    Reason.EXCHANGED_NAMES,
+)
 
 
 @singledispatch

@@ -1,14 +1,22 @@
 """Exchanged names are found where they are, and nowhere else."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.assessment.evidence import exchanged_names
-from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.exchanged_names import (
+    find_exchanged_names,
+    put_measured_names_right,
+)
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 
@@ -112,3 +120,63 @@ def test_a_model_of_which_nothing_is_known_disturbs_no_other():
     assert trials.pairs.tolist() == [["1", "2"]]
     assert before == pytest.approx([0.0], abs=1e-9)
     assert after[0] > 0.1
+
+
+def exchanged_in(flight, kind, settings, seed=2):
+    """A block of models of a kind with a pair in one model, densified, and the pair."""
+    geometry = BlockGeometry(width=3e3, height=3e3, transformation=kind, n_check=0)
+    block = simulate_block("demo", seed=seed, geometry=geometry)
+    model, pair = some_model(block, flight, np.random.default_rng(seed))
+    return densify(with_exchange(block, flight, model, pair), settings), set(pair)
+
+
+def true_error(result):
+    """Of the new points in plan, TOTAL, RMS [m]."""
+    plan = ["easting", "northing"]
+    new = result.points[result.points["role"] == "new"].set_index("point_id")[plan]
+    true = result.block.truth.set_index("point_id").loc[new.index, plan]
+    return float(np.sqrt(np.mean(np.sum((new - true) ** 2, axis=1))))
+
+
+@pytest.mark.parametrize(
+    ("flight", "kind", "method"),
+    [
+        ("high_flight", "affine", "two_step"),
+        ("high_flight", "helmert", "simultaneous"),
+        ("high_flight", "helmert_3d", "two_step"),
+        ("low_flight", "affine", "simultaneous"),
+    ],
+)
+def test_what_names_in_one_model_do_is_told(flight, kind, method):
+    """28 km were told for 200 m, with models upside down as the cause."""
+    result, pair = exchanged_in(flight, kind, Settings(method=method))
+    judged, true = result.assessment, true_error(result)
+    assert judged.credible.reason is Reason.EXCHANGED_NAMES
+    assert judged.credible.is_lower_bound
+    assert true > 1.0
+    assert judged.credible.value == pytest.approx(true, rel=0.01)
+    first, *others = judged.findings
+    assert first.code == "exchanged_names"
+    assert set(first.names) == pair
+    follow = [found.explained_by for found in others if found.gravity is Gravity.GRAVE]
+    assert follow
+    assert set(follow) == {"exchanged_names"}
+
+
+def test_names_that_were_taken_out_move_nothing():
+    settings = Settings(method="simultaneous", outliers="snoop")
+    result, _ = exchanged_in("high_flight", "affine", settings)
+    told = result.examination.credible
+    assert result.examination.measured_names.moved.plan == 0.0
+    assert told.reason is Reason.EXCHANGED_NAMES
+    assert not told.is_lower_bound
+    assert 0.8 < told.value / true_error(result) < 1.25
+
+
+def test_names_of_photographs_are_not_put_right_behind_their_orientation():
+    geometry = BlockGeometry(width=3e3, height=3e3, measurement="images", n_check=0)
+    block = simulate_block("demo", seed=2, geometry=geometry)
+    examined = densify(block).examination
+    exchange = SimpleNamespace(flight="low_flight")
+    vars(examined)["exchanged_names"] = (exchange,)
+    assert put_measured_names_right(examined) is None

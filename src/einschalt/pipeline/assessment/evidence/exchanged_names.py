@@ -14,16 +14,22 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
+from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import columns_of, with_columns
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import CodedPairs, encode_pairs, is_among
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    Displacement,
+    moved_beyond_chance,
+)
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MODEL = ["coverage", "model_id"]
 PLAN = ("easting", "northing")
 PAIR = 2
 LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
-# worst points of a model among which a pair is looked for: 15 pairs
+# worst points of a model among which a pair is looked for, of all and of those that it
+# is fitted onto, which spoil the others: 15 to 66 pairs
 MOST_POINTS = 6
 MOST_MODELS = 200
 MOST_ROWS = 1_000_000  # of the trials that are transformed together
@@ -66,6 +72,51 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
         for one in found
     ]
     return tuple(sorted(found, key=lambda e: -np.nan_to_num(e.apart)))
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredNames:
+    """A block of which the names that models have exchanged are put right."""
+
+    corrected: object  # its examination
+    moved: Displacement  # the new points by putting them right, beyond chance
+
+
+def put_measured_names_right(examined) -> MeasuredNames | None:
+    """Compute a block again with the names of its models put right.
+
+    None where none are exchanged, of large blocks, and of flights with orientations,
+    whose errors belong to rows of measurements.
+    """
+    exchanges = examined.exchanged_names
+    flights = {exchange.flight for exchange in exchanges}
+    if not (exchanges and examined.is_small):
+        return None
+    if any(examined.block.flights[name].is_oriented_numerically for name in flights):
+        return None
+    block, oriented = examined.block, dict(examined.all_in_two_steps.solution.flights)
+    for name in flights:
+        of_flight = [exchange for exchange in exchanges if exchange.flight == name]
+        block = replace(block, **{name: _put_right(block.flights[name], of_flight)})
+        oriented[name] = _put_right(oriented[name], of_flight)
+    try:
+        again = examined.computed_again(block, flights=oriented)
+    except EinschaltError:  # other models do not hold together
+        return None
+    return MeasuredNames(again, moved_beyond_chance(examined, again))
+
+
+def _put_right(measured, exchanges):
+    """A flight, or its orientation, with the names of pairs exchanged."""
+    points = tables.with_coverage(measured.model_points)
+    names = points["point_id"].to_numpy(dtype=object).copy()
+    for exchange in exchanges:
+        is_in_model = (points["coverage"] == exchange.coverage).to_numpy() & (
+            points["model_id"] == exchange.model_id
+        ).to_numpy()
+        one, other = (is_in_model & (names == name) for name in exchange.points)
+        names[one], names[other] = exchange.points[::-1]
+    return replace(measured, model_points=measured.model_points.assign(point_id=names))
 
 
 def _is_everywhere(one, found, model_points):
@@ -257,7 +308,10 @@ def _worst_points(solution, name, by_values):
     both = both.drop_duplicates([*MODEL, "point_id"])
     model = encode_pairs(both["coverage"], both["model_id"]).codes
     both = both[model < MOST_MODELS]  # codes count in the order of the rows
-    return both.groupby(MODEL).head(MOST_POINTS)[[*MODEL, "point_id"]]
+    is_fitted = is_among(both["point_id"], solution.ground_of(name)["point_id"])
+    of_each = both.groupby(MODEL).cumcount().to_numpy() < MOST_POINTS
+    of_each |= both.groupby([*MODEL, is_fitted]).cumcount().to_numpy() < MOST_POINTS
+    return both.loc[of_each, [*MODEL, "point_id"]]
 
 
 def _models_that_fit_badly(solution, name):
@@ -267,10 +321,14 @@ def _models_that_fit_badly(solution, name):
 
 
 def _usual_m_0(solution, name, worst):
-    """Median m_0 of the models of the flight that hold nothing wrong."""
+    """Median m_0 of the models of the flight that hold nothing wrong.
+
+    Of all where none is without a suspect: one model spoils points of the others.
+    """
     models = solution.first_models(name)
     is_good = ~rows_among(models, worst, MODEL)
-    return float(models["m_0"][is_good].median())
+    good = models["m_0"][is_good]
+    return float((good if good.notna().any() else models["m_0"]).median())
 
 
 def _exchange(name, named, m_0, place, measured):

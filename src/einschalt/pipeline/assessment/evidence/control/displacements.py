@@ -290,6 +290,16 @@ def new_points_apart(examined, others) -> Displacement:
     return _of_new(examined, points["point_id"], apart_from(points, others))
 
 
+def moved_beyond_chance(examined, again) -> Displacement:
+    """How far the new points lie from where they do in a block that is computed again.
+
+    In plan and in height, nothing that its own errors explain.
+    """
+    moved = new_points_apart(examined, again.points)
+    both = (moved.plan, again.credible.value), (moved.height, again.stated_height)
+    return Displacement(*(where_it_matters(*of, is_refuted=False) for of in both))
+
+
 def apart_from(points, others):
     """Coordinates of points less those that others have, (n_points, 2 or 3) [m].
 

@@ -18,8 +18,8 @@ from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
+    moved_beyond_chance,
     new_points_apart,
-    where_it_matters,
 )
 from einschalt.pipeline.assessment.known_points import DIFFERENCES, total_rms
 from einschalt.pipeline.densification.simultaneous import ADJUSTED_AS, block_tables
@@ -386,8 +386,6 @@ def _moved(examined, again, names):
 
     Of names that take no part in them no more than chance leaves.
     """
-    moved = new_points_apart(examined, again.points)
     if is_among(names, examined.held_control["point_id"]).any():
-        return moved
-    both = (moved.plan, again.credible.value), (moved.height, again.stated_height)
-    return Displacement(*(where_it_matters(*of, is_refuted=False) for of in both))
+        return new_points_apart(examined, again.points)
+    return moved_beyond_chance(examined, again)

@@ -23,6 +23,9 @@ from einschalt.pipeline.assessment.evidence.control.exchanged_control import (
     adjusted_in_plan,
     find_exchanged_control,
 )
+from einschalt.pipeline.assessment.evidence.exchanged_names import (
+    put_measured_names_right,
+)
 from einschalt.pipeline.assessment.evidence.ground.displaced_control import (
     scan_control,
 )
@@ -102,6 +105,12 @@ class BesideDisplacedRegion:
     smooth_strain = cached_property(smooth_strain)
     adjusted_in_plan = cached_property(adjusted_in_plan)
     exchanged_control = cached_property(find_exchanged_control)
+    measured_names = cached_property(put_measured_names_right)
+
+    @property
+    def names_put_right(self):
+        """What the block is with names put right, given or measured ones, or None."""
+        return self.exchanged_control or self.measured_names
 
     @property
     def is_small(self):
