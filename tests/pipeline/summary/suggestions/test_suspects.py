@@ -119,6 +119,7 @@ def test_control_that_was_set_aside_is_named():
         n_points=1,
         largest=0.4,
         are_alike=False,
+        are_many=False,
     )
     assert str(suggestion_of(found)) == (
         "1 control point set aside for contradicting the block, by up to 40 cm: A. "
@@ -139,6 +140,21 @@ def test_control_set_aside_in_one_direction_may_be_right():
     assert "of the control around them" in said.remedy
     (detail,) = said.details
     assert "nothing measured tells which" in detail
+
+
+def test_where_many_are_set_aside_it_is_said_of_how_many():
+    found = finding(
+        "control_set_aside",
+        "check_all_control",
+        names=("A", "B"),
+        n_points=2,
+        n_control=4,
+        largest=0.4,
+        are_alike=False,
+        are_many=True,
+    )
+    (detail,) = suggestion_of(found).details
+    assert detail.startswith("These are 2 of 4 control points")
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,10 @@ BELIEVE_WRONG_POINTS = mark(
     "Use the figure of the first line for all points together: it includes what wrong "
     "approximate points do to them; standard_error_checked has it point by point."
 )
+BELIEVE_NAMES = mark(
+    "Use the figure of the first line for all points together: it includes what wrong "
+    "names do to them."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
@@ -129,6 +133,8 @@ BELIEVE = {
     Reason.ASSUMED: BELIEVE_ASSUMED,
     Reason.DISPLACED: BELIEVE_DISPLACED,
     Reason.WRONG_POINTS: BELIEVE_WRONG_POINTS,
+    Reason.EXCHANGED_CONTROL: BELIEVE_NAMES,
+    Reason.EXCHANGED_NAMES: BELIEVE_NAMES,
 }
 SIMULTANEOUS = mark(
     "simultaneous: all models of all flights and the control in one adjustment; stated "

@@ -68,26 +68,27 @@ LONE = mark(
     "{rms:length}, expected {claimed:length}"
 )
 EXCHANGED = mark(
-    "Control points {one} and {other} lie where the other one is given, {apart:length} "
-    "apart: with both names exchanged the differences at control are "
-    "{rms_exchanged:length} (total, RMS) instead of {rms:length}"
+    "Points {one} and {other} of the control list lie where the other one is given, "
+    "{apart:length} apart: with both names exchanged the differences at control and "
+    "check points are {rms_exchanged:length} (total, RMS) instead of {rms:length}"
 )
 EXCHANGED_MOVES = mark(
-    "Control points {one} and {other} lie where the other one is given, {apart:length} "
-    "apart: with both names exchanged the differences at control are "
-    "{rms_exchanged:length} (total, RMS) instead of {rms:length}, and the new points "
-    "move by {moved:length}"
+    "Points {one} and {other} of the control list lie where the other one is given, "
+    "{apart:length} apart: with both names exchanged the differences at control and "
+    "check points are {rms_exchanged:length} (total, RMS) instead of {rms:length}, and "
+    "the new points move by {moved:length}"
 )
 NAMES_MIXED = mark(
-    "{n_points:count control point} lie where others of them are given, up to "
-    "{apart:length} away ({places}): with the names put right the differences at "
-    "control are {rms_exchanged:length} (total, RMS) instead of {rms:length}"
+    "{n_points:count point} of the control list lie where others of them are given, up "
+    "to {apart:length} away ({places}): with the names put right the differences at "
+    "control and check points are {rms_exchanged:length} (total, RMS) instead of "
+    "{rms:length}"
 )
 NAMES_MIXED_MOVES = mark(
-    "{n_points:count control point} lie where others of them are given, up to "
-    "{apart:length} away ({places}): with the names put right the differences at "
-    "control are {rms_exchanged:length} (total, RMS) instead of {rms:length}, and the "
-    "new points move by {moved:length}"
+    "{n_points:count point} of the control list lie where others of them are given, up "
+    "to {apart:length} away ({places}): with the names put right the differences at "
+    "control and check points are {rms_exchanged:length} (total, RMS) instead of "
+    "{rms:length}, and the new points move by {moved:length}"
 )
 PLACE = mark("{name} where {given} is given")
 SLIPPED = mark(

@@ -318,7 +318,7 @@ def test_names_that_were_mixed_are_named(which, way):
     assert "put the names of control right first" in verdict(result.assessment)
     said = suggestion_of(cause)
     name = cause.names[0]
-    assert f"{len(given_as)} control points lie where others" in str(said)
+    assert f"{len(given_as)} points of the control list lie where others" in str(said)
     if "slipped" in which:
         rows = "1 row" if which == "slipped by one" else "2 rows"
         slip = f"names of the list have slipped by {rows}: {name} lies where"
