@@ -20,6 +20,7 @@ from einschalt.pipeline.assessment.choice import (
     is_untried,
 )
 from einschalt.pipeline.assessment.credibility import CredibleFigure, Reason
+from einschalt.pipeline.assessment.evidence.ground import displaced_region
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -267,7 +268,7 @@ def test_where_no_model_has_enough_control_one_adjustment_is_named():
 
 
 def test_of_a_large_block_one_adjustment_is_only_recommended(good_result, monkeypatch):
-    monkeypatch.setattr(choice, "MOST_TRIED", 100)
+    monkeypatch.setattr(displaced_region, "MOST_TRIED", 100)
     assert adjustment_beside(good_result.examination) is None
     told = assess(good_result)
     assert told.is_untried

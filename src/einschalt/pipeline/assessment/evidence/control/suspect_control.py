@@ -181,26 +181,27 @@ class SuspectControl:
         if two_step.left_out_control is None and is_of_one:
             return NO_PATTERNS
         if not self._disputed:
-            return self._with_divided_heights(two_step.control_patterns)
+            return self._with_shared_heights(two_step.control_patterns)
         set_aside = self._disputed | two_step.excluded_control
         return find_control_patterns(two_step, set_aside)
 
-    def _with_divided_heights(self, patterns):
-        """Patterns, and a group of all control heights that set it apart from others.
+    def _with_shared_heights(self, patterns):
+        """Patterns, and what all control heights tell that is no matter of single ones.
 
-        Where some of either are left they still contradict each other, though too few
-        of the others may tell it.
+        Another scale; or a group of them, where some of it and of the others are left:
+        they still contradict each other, though too few may be left to tell it.
         """
         if self._without_set_aside is None:
             return patterns
         of_all = self._with_all_control.control_patterns
-        group, names = of_all.height, set(self.adjustment.control["point_id"])
-        if group is None or group.kind is not Kind.GROUP:
+        found, names = of_all.height, set(self.adjustment.control["point_id"])
+        if found is None or found.kind not in (Kind.SCALE, Kind.GROUP):
             return patterns
-        parts = set(group.point_ids), names - set(group.point_ids)
-        if any(part <= self._set_aside for part in parts):
+        parts = set(found.point_ids), names - set(found.point_ids)
+        is_out = any(part <= self._set_aside for part in parts)
+        if found.kind is Kind.GROUP and is_out:
             return patterns
-        height = {"height": group, "moved_height": of_all.moved_height}
+        height = {"height": found, "moved_height": of_all.moved_height}
         return replace(patterns, **height, p_height=of_all.p_height)
 
     @cached_property
