@@ -1,6 +1,11 @@
 """``einschalt check``."""
 
+from pathlib import Path
+
 from einschalt.interfaces.cli.work import check as work
+from einschalt.pipeline.settings import Settings
+
+EXAMPLES = Path(__file__).parents[3] / "data_examples"
 
 
 def test_a_sound_block_has_nothing_wrong(invoke, block_folder):
@@ -66,3 +71,25 @@ def test_check_explains_without_a_block(invoke):
     shown = invoke("check", "--explain", "Hochwert")
     assert (shown.exit_code, shown.stdout[:18]) == (0, "Hochwert: northing")
     assert invoke("check", "--explain", "nothing at all").exit_code == 2
+
+
+def test_what_the_command_line_decides_is_judged_as_densify_would(invoke, tmp_path):
+    import shutil
+
+    folder = tmp_path / "sxb"
+    shutil.copytree(EXAMPLES / "sxb_strasbourg", folder)
+    file = folder / "block.toml"
+    text = file.read_text(encoding="utf-8")
+    assert "method" not in text  # it stands on the command line alone
+    shown = invoke("check", folder)
+    assert (shown.exit_code, shown.stdout.count("model: models.csv")) == (2, 2)
+    shown = invoke("check", folder, "--method", "simultaneous")
+    assert (shown.exit_code, shown.stdout.count("model: models.csv")) == (0, 0)
+    assert "nothing wrong" in shown.stdout
+
+
+def test_check_has_every_setting_of_densify(invoke, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    shown = invoke("check", "--help")
+    options = {f"--{name.replace('_', '-')}" for name in Settings.model_fields}
+    assert {one for one in options if one not in shown.stdout} == set()

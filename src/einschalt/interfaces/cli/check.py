@@ -11,15 +11,13 @@ from einschalt.interfaces.cli.settings_options import with_settings_options
 EXAMPLES = (
     "einschalt check data_examples/neukirchen",
     "einschalt check BLOCK | grep low_flight.csv",
+    "einschalt check BLOCK --method simultaneous",
     "einschalt check --explain standard_error_m",
 )
 
 
 @with_exit_status
-@with_settings_options(
-    "that of block.toml",
-    ("crs_accuracy_m", "crs_operation", "crs_epoch", "output_crs", "grids"),
-)
+@with_settings_options("that of block.toml")
 @done_in_work
 def check(
     block: Annotated[
@@ -41,5 +39,6 @@ def check(
 
     Prints a table on a terminal; in a pipe one line for each problem, which begins with
     problem, model (it cannot be used, the others can) or note. The exit status is 2 if
-    anything is wrong.
+    anything is wrong. Give it the same options as densify: some of them, such as
+    --method, decide what a block needs.
     """

@@ -13,25 +13,24 @@ from einschalt.pipeline.settings import FORMER_WORDS, Settings, words_of
 PLACE = "given"  # argument of a command in whose place the options stand
 
 
-def with_settings_options(show_default, names=tuple(Settings.model_fields)):
+def with_settings_options(show_default):
     """Give a command one option for each field of Settings.
 
     They stand in the place of its argument ``given``, and it receives those that were
-    given, a dict by name. ``show_default``: what help says of one that is left out;
-    ``names``: of the fields.
+    given, a dict by name. ``show_default``: what help says of one that is left out.
     """
 
     def decorate(command):
         @functools.wraps(command)
         def run(**arguments):
-            chosen = {name: arguments.pop(name) for name in names}
+            chosen = {name: arguments.pop(name) for name in Settings.model_fields}
             given = {name: word for name, word in chosen.items() if word is not None}
             return command(**arguments, given=given)
 
         parameters = []
         for parameter in inspect.signature(command).parameters.values():
             is_place = parameter.name == PLACE
-            parameters += _options(show_default, names) if is_place else [parameter]
+            parameters += _options(show_default) if is_place else [parameter]
         run.__signature__ = inspect.Signature(parameters)
         run.__annotations__ = {one.name: one.annotation for one in parameters}
         return run
@@ -39,9 +38,8 @@ def with_settings_options(show_default, names=tuple(Settings.model_fields)):
     return decorate
 
 
-def _options(show_default, names):
-    for name in names:
-        field = Settings.model_fields[name]
+def _options(show_default):
+    for name, field in Settings.model_fields.items():
         kind, more = _kind(name, field)
         option = typer.Option(show_default=show_default, help=field.description, **more)
         yield inspect.Parameter(
