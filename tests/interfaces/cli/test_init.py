@@ -612,6 +612,43 @@ def test_names_written_otherwise_are_told_before_a_scale_is_asked(invoke, tmp_pa
     assert not (tmp_path / "block.toml").exists()
 
 
+@pytest.mark.parametrize("scale", [(), ("--low-scale", "14400")])
+def test_names_that_are_all_others_are_told_before_anything_is_asked(
+    invoke, tmp_path, scale
+):
+    source = EXAMPLES / "sxb_strasbourg"
+    control = pd.read_csv(source / "control_points.csv", dtype=str)
+    control["point_id"] = [f"GCP{chr(65 + n)}" for n in range(len(control))]
+    control.to_csv(tmp_path / "control.csv", index=False)
+    files = ("--from", tmp_path / "control.csv", source / "image_points.csv")
+    refused = invoke("init", tmp_path / "b", *scale, *files)
+    assert refused.exit_code == 2
+    said = (
+        "image_points.csv holds none of the points of control.csv: its points are "
+        "called 317, 333, 375 and 378 more, those of control.csv GCPA, GCPB, GCPC and "
+        "13 more"
+    )
+    assert said in " ".join(refused.stderr.split())
+    assert "--low-m-g-um" not in refused.stderr
+    assert not (tmp_path / "b").exists()
+
+
+def test_two_flights_that_share_points_with_each_other_alone_are_refused(
+    invoke, tmp_path
+):
+    block = simulate_block("demo", seed=2)
+    control = block.control_points
+    named = control.assign(point_id=[f"GCP{chr(65 + n)}" for n in range(len(control))])
+    named.to_csv(tmp_path / "control.csv", index=False)
+    for name in ("high", "low"):  # names that do not tell which is the high one
+        points = getattr(block, f"{name}_flight").model_points
+        points.to_csv(tmp_path / f"{name[0]}.csv", index=False)
+    refused = invoke("init", tmp_path, "--yes")
+    assert refused.exit_code == 2
+    said = "h.csv holds none of the points of control.csv"
+    assert said in " ".join(refused.output.split())
+
+
 def test_scales_are_those_of_the_points_in_one_system(invoke, tmp_path):
     block = simulate_block("demo", seed=2)
     control = block.control_points.copy()

@@ -56,6 +56,7 @@ def propose(found, given) -> Proposal:
     flights = _flights(found)
     proposal = Proposal({(name, "file"): one for name, one in ground.items()})
     proposal.left_out = left_out
+    _require_shared_names(ground, flights)
     units, scales = {}, {}
     pitch = next((said for (_, key), said in given.items() if key == PITCH), None)
     for tables in flights:
@@ -120,14 +121,30 @@ def _are_possible(numbers):
     return (numbers >= possible.low) & (numbers <= possible.high)
 
 
+def _require_shared_names(ground, flights):
+    """Refuse flights of whose points nothing is known, before anything is asked.
+
+    A question for the scale number would have an answer, and the block no point. The
+    low flight may have points of the high one alone.
+    """
+    known, rest = list(ground.values()), [_points_of(tables) for tables in flights]
+    rest = [table for table in rest if table is not None]
+    while rest:
+        joined = [t for t in rest if any(_share_a_name(one, t) for one in known)]
+        if not joined:
+            raise _nothing_shared(known, rest[0])
+        known += joined
+        rest = [table for table in rest if table not in joined]
+
+
 def _require_same_names(proposal, known, named):
     """Refuse names that are written otherwise in two tables, where no scale is found.
 
-    A question for the scale number would have an answer, and the block no point.
+    Of three tables one pair may share names, and the third be lost.
     """
     before = [known]
     for name, tables in named.items():
-        table = tables.get("model_points", tables.get("image_points"))
+        table = _points_of(tables)
         if table is None:
             continue
         if proposal.values.get((name, "scale_number")) is None:
@@ -136,19 +153,51 @@ def _require_same_names(proposal, known, named):
         before.append(table)
 
 
+def _points_of(tables):
+    return tables.get("model_points", tables.get("image_points"))
+
+
+def _share_a_name(one, other):
+    return bool(is_among(*map(_point_names, (one, other))).any())
+
+
+def _point_names(table):
+    return table.frame["point_id"].astype(str)
+
+
+def _nothing_shared(others, table):
+    """What is wrong where a table has none of the names of the others."""
+    for other in others:
+        pair = pair_meant(_point_names(other), _point_names(table).unique())
+        if pair is not None:
+            return _written_otherwise(other, table, pair)
+    one = others[0]
+    names, own = (name_some(_point_names(o).unique(), 3) for o in (one, table))
+    return TableError(
+        f"{table.title} holds none of the points of {one.title}: its points are "
+        f"called {own}, those of {one.title} {names}",
+        expected="the same point under the same name in both",
+        remedy="Rename the points in one of them, or name the files that belong "
+        "together after --from",
+    )
+
+
 def _require_alike(one, other):
-    names, others = (o.frame["point_id"].astype(str) for o in (one, other))
-    if is_among(names, others).any():
+    if _share_a_name(one, other):
         return
-    pair = pair_meant(names, others.unique())
+    pair = pair_meant(_point_names(one), _point_names(other).unique())
     if pair is not None:
-        written = told_apart(*pair)
-        raise TableError(
-            f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
-            "they share no name",
-            expected="the same names in both",
-            remedy="Write them alike, or export one of the files anew",
-        )
+        raise _written_otherwise(one, other, pair)
+
+
+def _written_otherwise(one, other, pair):
+    written = told_apart(*pair)
+    return TableError(
+        f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
+        "they share no name",
+        expected="the same names in both",
+        remedy="Write them alike, or export one of the files anew",
+    )
 
 
 def _ground_tables(found):
