@@ -82,6 +82,12 @@ def systems_that_hold(easting, northing):
     return [c for c in codes if in_extent(easting, northing, c)]
 
 
+def systems_over(longitude, latitude):
+    """Usual systems that are used at a place [degrees]."""
+    codes = [f"EPSG:{code}" for code in USUAL_SYSTEMS]
+    return [c for c in codes if in_area(longitude, latitude, read_source_crs(c))]
+
+
 def systems_among(point, bounds, crs):
     """Systems in which a point [m] would lie within bounds given in another one.
 

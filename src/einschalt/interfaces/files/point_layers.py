@@ -39,6 +39,7 @@ PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
 COORDINATES = PLANE + GEOGRAPHIC
 SAME = 1e-3  # metres: attributes are rounded, the geometry is not
 SAME_DEGREES = 1e-8
+MOST_ANGLES = 400.0, 100.0  # longitudes and latitudes, also in gon
 MOST_VALUES = 2**26
 
 
@@ -49,6 +50,7 @@ class PointLayer:
     attributes: pd.DataFrame
     geometry: np.ndarray | None  # shapely points, (n_points,)
     crs: str | None
+    notes: tuple[str, ...] = ()
 
 
 def understand_layer(
@@ -222,7 +224,8 @@ def _geojson(data, source):
         _refuse_size(len(rows), len(set().union(*rows)), source)
         shapes = [_json_point(feature, k) for k, feature in enumerate(features)]
         frame = pd.DataFrame.from_records([dict(row) for row in rows])
-        crs = _json_crs(given.get("crs"))
+        shapes = np.array(shapes, dtype=object)
+        crs, notes = _json_crs(given.get("crs"), shapes, source)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise FileError(
             f"is no GeoJSON of points: {shortened(str(error), 80)}",
@@ -231,9 +234,7 @@ def _geojson(data, source):
             file=source,
         ) from error
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
-    if not rows:
-        return PointLayer(frame, None, crs)
-    return PointLayer(frame, np.array(shapes, dtype=object), crs)
+    return PointLayer(frame, shapes if rows else None, crs, notes)
 
 
 def _json_point(feature, place):
@@ -244,14 +245,30 @@ def _json_point(feature, place):
     return shapely.Point([float(value) for value in geometry["coordinates"][:3]])
 
 
-def _json_crs(given):
-    """System of the standard of 2008; that of 2016 knows longitude and latitude."""
-    return WGS_84 if given is None else str(given["properties"]["name"])
+def _json_crs(given, shapes, source):
+    """System of the standard of 2008; that of 2016 knows longitude and latitude.
+
+    Many programs write metres and no system all the same, which the numbers tell.
+    """
+    if given is not None:
+        return str(given["properties"]["name"]), ()
+    if _are_angles(shapely.get_coordinates(shapes)):
+        return WGS_84, ()
+    note = (
+        f"{source}: names no system (crs), and its coordinates are no degrees: taken "
+        "as metres"
+    )
+    return None, (note,)
+
+
+def _are_angles(xy):
+    """Whether coordinates can be longitudes and latitudes, but for some wrong ones."""
+    return not len(xy) or bool((np.median(np.abs(xy), axis=0) <= MOST_ANGLES).all())
 
 
 def points_of(layer, schema, said, source) -> ReadTable:
     """Make a table of the points of a layer, of their attributes and geometry."""
-    frame, notes = layer.attributes, []
+    frame, notes = layer.attributes, list(layer.notes)
     meant = meant_header([str(n) for n in frame.columns], schema, said, source)
     frame = frame.set_axis(list(meant.names), axis=1)
     crs = _known(layer.crs)
@@ -278,6 +295,15 @@ def _with_geometry(frame, layer, meant, schema, source):
     xyz = shapely.get_coordinates(layer.geometry, include_z=True)
     crs = _known(layer.crs)
     is_geographic = crs is not None and read_source_crs(crs).is_geographic
+    if is_geographic and not _are_angles(xyz[:, :2]):
+        raise TableError(
+            f"the layer has longitudes and latitudes ({shortened(crs)}), but x = "
+            f"{xyz[0, 0]:.10g}, y = {xyz[0, 1]:.10g}",
+            expected="degrees, or the system of these coordinates",
+            remedy="Give the layer its system in a GIS, and export it again",
+            file=source,
+            row=1,
+        )
     names = GEOGRAPHIC if is_geographic else PLANE
     has_both = all(list(frame.columns).count(name) == 1 for name in names)
     if has_both and meant.letters is None:

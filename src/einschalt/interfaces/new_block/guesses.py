@@ -9,7 +9,7 @@ import numpy as np
 
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark_each
-from einschalt.foundations.likely_systems import systems_that_hold
+from einschalt.foundations.likely_systems import systems_over, systems_that_hold
 from einschalt.foundations.points_elsewhere import islands_of
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.interfaces.new_block.looked_at import PITCH
@@ -124,11 +124,13 @@ def _ratios(pairs, keys, small, large):
 
 
 def rounded(number):
-    """A scale number as flights have it: 15 000 for 15 012.
+    """A scale number as flights have it: 15 000 for 15 012; less than 1 stays.
 
-    >>> rounded(15_012.3), rounded(14_340.0)
-    (15000.0, 14340.0)
+    >>> rounded(15_012.3), rounded(14_340.0), rounded(0.128)
+    (15000.0, 14340.0, 0.128)
     """
+    if number < 1.0:  # of degrees, say
+        return number
     for figures in (2, 3):
         step = 10.0 ** (np.floor(np.log10(number)) - figures + 1)
         near = float(np.round(number / step) * step)
@@ -148,8 +150,10 @@ def flight_named(title):
 
 def systems_of(ground):
     """Reference systems in which the middle of the points lies in the area of use."""
-    middle = ground[["easting", "northing"]].median()
-    return systems_that_hold(*middle.to_numpy(dtype=float))
+    is_plane = "easting" in ground
+    axes = ["easting", "northing"] if is_plane else ["longitude", "latitude"]
+    middle = ground[axes].median().to_numpy(dtype=float)
+    return (systems_that_hold if is_plane else systems_over)(*middle)
 
 
 def scale_of_pixels(table, camera, known, pitch):

@@ -2,17 +2,18 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from einschalt.foundations.errors import (
     FileError,
     SettingsError,
-    TableError,
     name_some,
 )
-from einschalt.foundations.header_units import METRES_PER_LENGTH
 from einschalt.foundations.names import is_among
-from einschalt.foundations.near_words import pair_meant, told_apart
+from einschalt.interfaces.new_block.fitting_tables import (
+    require_cameras_of_pixels,
+    require_possible_scales,
+    require_same_names,
+    require_shared_names,
+)
 from einschalt.interfaces.new_block.guesses import (
     Guess,
     flight_named,
@@ -28,9 +29,8 @@ from einschalt.interfaces.new_block.photographs import (
     transformation_of,
 )
 from einschalt.interfaces.new_block.questions import questions_of
-from einschalt.pipeline.block.facts import FLIGHTS, RANGES
+from einschalt.pipeline.block.facts import FLIGHTS
 
-USUAL_SCALE_NUMBER = 10_000.0
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
 
@@ -56,13 +56,18 @@ def propose(found, given) -> Proposal:
     flights = _flights(found)
     proposal = Proposal({(name, "file"): one for name, one in ground.items()})
     proposal.left_out = left_out
-    _require_shared_names(ground, flights)
+    require_shared_names(ground, flights)
+    require_cameras_of_pixels(flights)
     units, scales = {}, {}
     pitch = next((said for (_, key), said in given.items() if key == PITCH), None)
     for tables in flights:
         units[id(tables)], scales[id(tables)] = _sizes(tables, known, pitch)
-    has_pixels = any("camera" in tables for tables in flights)
-    _require_metres(known, scales.values(), has_pixels=has_pixels)
+    require_possible_scales(
+        known,
+        scales.values(),
+        lambda points: [_sizes(tables, points, pitch)[1] for tables in flights],
+        has_pixels=any("camera" in tables for tables in flights),
+    )
     named = _named(flights, scales)
     for name, tables in named.items():
         proposal.tables |= {(name, key): one for key, one in tables.items()}
@@ -80,124 +85,9 @@ def propose(found, given) -> Proposal:
     for place, value in given.items():
         proposal.values[place] = Guess(value, "as you say")
     proposal.values |= error_of_control_itself(proposal.tables, proposal.values)
-    _require_same_names(proposal, known, named)
+    require_same_names(proposal.values, known, named)
     proposal.questions = questions_of(proposal, named)
     return proposal
-
-
-def _require_metres(known, scales, *, has_pixels):
-    """Refuse control points against which no flight has a possible scale.
-
-    A power of ten that makes all scales possible is the unit that they have.
-    """
-    numbers = np.array([scale.value for scale in scales if scale is not None])
-    if not len(numbers) or _are_possible(numbers).any():
-        return
-    could = {u: numbers * metres for u, metres in METRES_PER_LENGTH.items()}
-    could = {unit: ones for unit, ones in could.items() if _are_possible(ones).all()}
-    if not could:
-        return
-    unit = min(could, key=lambda u: abs(np.log(could[u].mean() / USUAL_SCALE_NUMBER)))
-    shown = ", ".join(f"1:{number:g}" for number in numbers)
-    if has_pixels:
-        raise TableError(
-            f"the photographs have scales of {shown} against these points",
-            expected=f"scale numbers of {RANGES['scale_number']}",
-            remedy="Correct the size of the pixels, or give the points in metres",
-            file=known.title,
-        )
-    raise TableError(
-        f"the models have scales of {shown} against these points, as if their "
-        f"coordinates were in {unit}",
-        expected="coordinates in metres, or a unit behind the names of their columns",
-        remedy=f"Write the unit behind the names, as in 'easting [{unit}]', or give "
-        "metres; state the unit of model coordinates likewise if that is wrong",
-        file=known.title,
-    )
-
-
-def _are_possible(numbers):
-    possible = RANGES["scale_number"]
-    return (numbers >= possible.low) & (numbers <= possible.high)
-
-
-def _require_shared_names(ground, flights):
-    """Refuse flights of whose points nothing is known, before anything is asked.
-
-    A question for the scale number would have an answer, and the block no point. The
-    low flight may have points of the high one alone.
-    """
-    known, rest = list(ground.values()), [_points_of(tables) for tables in flights]
-    rest = [table for table in rest if table is not None]
-    while rest:
-        joined = [t for t in rest if any(_share_a_name(one, t) for one in known)]
-        if not joined:
-            raise _nothing_shared(known, rest[0])
-        known += joined
-        rest = [table for table in rest if table not in joined]
-
-
-def _require_same_names(proposal, known, named):
-    """Refuse names that are written otherwise in two tables, where no scale is found.
-
-    Of three tables one pair may share names, and the third be lost.
-    """
-    before = [known]
-    for name, tables in named.items():
-        table = _points_of(tables)
-        if table is None:
-            continue
-        if proposal.values.get((name, "scale_number")) is None:
-            for other in before:
-                _require_alike(other, table)
-        before.append(table)
-
-
-def _points_of(tables):
-    return tables.get("model_points", tables.get("image_points"))
-
-
-def _share_a_name(one, other):
-    return bool(is_among(*map(_point_names, (one, other))).any())
-
-
-def _point_names(table):
-    return table.frame["point_id"].astype(str)
-
-
-def _nothing_shared(others, table):
-    """What is wrong where a table has none of the names of the others."""
-    for other in others:
-        pair = pair_meant(_point_names(other), _point_names(table).unique())
-        if pair is not None:
-            return _written_otherwise(other, table, pair)
-    one = others[0]
-    names, own = (name_some(_point_names(o).unique(), 3) for o in (one, table))
-    return TableError(
-        f"{table.title} holds none of the points of {one.title}: its points are "
-        f"called {own}, those of {one.title} {names}",
-        expected="the same point under the same name in both",
-        remedy="Rename the points in one of them, or name the files that belong "
-        "together after --from",
-    )
-
-
-def _require_alike(one, other):
-    if _share_a_name(one, other):
-        return
-    pair = pair_meant(_point_names(one), _point_names(other).unique())
-    if pair is not None:
-        raise _written_otherwise(one, other, pair)
-
-
-def _written_otherwise(one, other, pair):
-    written = told_apart(*pair)
-    return TableError(
-        f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
-        "they share no name",
-        expected="the same names in both",
-        remedy="Write them alike, or export one of the files anew",
-    )
 
 
 def _ground_tables(found):

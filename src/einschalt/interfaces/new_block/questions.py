@@ -74,12 +74,8 @@ def questions_of(proposal, named):
     questions = []
     known = proposal.tables.get(("control_points", "file"))
     if proposal.values.get(("block", "crs")) is None:
-        could = systems_of(known.frame) if "easting" in known.frame else []
-        said = f", such as {name_some(could, 8)}" if could else ""
-        system = f"Reference system of the coordinates{said}"
-        text = f"{system}; {EMPTY_FOR_LOCAL}"
-        crs = Question("block", "crs", "--crs", text, None, True, WITHOUT_SYSTEM)
-        questions.append(crs)
+        ground = known or proposal.tables["approximate_points", "file"]
+        questions.append(_question_of_system(ground.frame))
     error = "control_points", "standard_error_m"
     has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}
     if not has_errors and error not in proposal.values:
@@ -117,6 +113,18 @@ def expected_instead(key, value) -> str:
         return "" if is_possible else f"{least:g} to {most:g} (micrometres)"
     is_possible = value is not None and 0.0 < value <= LARGEST_CONTROL_ERROR
     return "" if is_possible else "a number above 0, at most 10 metres"
+
+
+def _question_of_system(frame):
+    """Ask for the system of points in metres, or into which degrees are transformed."""
+    could = systems_of(frame)
+    said = f", such as {name_some(could, 8)}" if could else ""
+    if "easting" not in frame:
+        text = f"Plane reference system of the block, since these are degrees{said}"
+        return Question("block", "crs", "--crs", text)
+    system = f"Reference system of the coordinates{said}"
+    text = f"{system}; {EMPTY_FOR_LOCAL}"
+    return Question("block", "crs", "--crs", text, None, True, WITHOUT_SYSTEM)
 
 
 def _question_of_scale(name):

@@ -40,8 +40,9 @@ LEAST_RELIEF = 1e-3
 USUAL_MODEL_MM = (20.0, 2000.0)
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
 PIXELS = (
-    "Are they pixels? Name their camera: camera = 'camera.toml'; otherwise give "
-    "millimetres"
+    "Are they pixels? Name their camera: camera = 'camera.toml', a file with "
+    "convention = 'mm', c (principal distance in mm), pixel_size_um, width and height "
+    "(in pixels); otherwise give millimetres"
 )
 UNIT_WORDS = {
     "mm": "millimetres",
