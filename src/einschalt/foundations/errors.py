@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Self
 
-from einschalt.foundations.display_names import shortened
+from einschalt.foundations.display_names import all_shortened, shortened
 
 MOST_NAMED = 5
 LONGEST_NAME = 60  # characters of a name in a message
@@ -210,7 +210,7 @@ def name_some(names: Iterable[str], most: int = MOST_NAMED) -> str:
     'a, b and 1 more'
     """
     names = [str(name) for name in names]
-    shown = ", ".join(shortened_name(name) for name in names[:most])
+    shown = ", ".join(all_shortened(names[:most], LONGEST_NAME))
     rest = len(names) - most
     return f"{shown} and {rest} more" if rest > 0 else shown
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.cells import cell_len
 
-from einschalt.foundations.display_names import printable, shortened
+from einschalt.foundations.display_names import all_shortened, printable
 from einschalt.foundations.language import figure, mark, numbers_set, translated
 from einschalt.foundations.units import METRES_PER_UNIT
 
@@ -259,7 +259,7 @@ def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str
     '7/8, 8/9'
     """
     ids = list(ids)
-    shown = ", ".join(shortened(name) for name in ids[:most])
+    shown = ", ".join(all_shortened(ids[:most]))
     rest = (len(ids) if n_all is None else n_all) - most
     if rest <= 0:
         return shown

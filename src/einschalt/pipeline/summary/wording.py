@@ -2,7 +2,7 @@
 
 import math
 
-from einschalt.foundations.display_names import printable, shortened
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import figure, mark_each, translated
 from einschalt.foundations.typesetting import (
     fixed,
@@ -76,7 +76,7 @@ def some_models(models, n_all) -> str:
     'low 7/8, high 3'
     """
     return some_of(
-        [f"{short_flight_name(flight)} {shortened(model)}" for flight, model in models],
+        [f"{short_flight_name(flight)} {model}" for flight, model in models],
         n_all,
     )
 
@@ -90,7 +90,7 @@ def some_observations(observations, n_all, most=4) -> str:
     'low 1 7/8 P 12 and 2 more'
     """
     shown = [
-        f"{short_flight_name(flight)} {coverage} {shortened(model)} {point}"
+        f"{short_flight_name(flight)} {coverage} {model} {point}"
         for flight, coverage, model, point in observations
     ]
     return some_of(shown, n_all, most)
@@ -105,7 +105,7 @@ def some_image_points(points, n_all, most=4) -> str:
     'low 7/8 12'
     """
     shown = [
-        f"{short_flight_name(flight)} {shortened(model)} {shortened(point)}"
+        f"{short_flight_name(flight)} {model} {point}"
         for flight, model, point in points
     ]
     return some_of(shown, n_all, most)

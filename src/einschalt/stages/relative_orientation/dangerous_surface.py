@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
+from einschalt.foundations.display_names import all_shortened
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
@@ -23,6 +24,7 @@ from einschalt.theory.relative_orientation.valley_flights import (
 )
 
 MOST_PRINTED = 20
+WIDEST_NAME = 16
 EDGE = 0.015
 """Part of the image that standard points keep away from, at each side [m]."""
 MEASURE_ELSEWHERE = mark("Measure points that lie higher or lower, or farther apart")
@@ -347,9 +349,11 @@ def _warning(row):
 
 def _table_of_models(models):
     milligon = RADIANS_PER_GON / 1e3
+    shown = models.head(MOST_PRINTED)
+    names = all_shortened(shown.index, WIDEST_NAME)
     rows = [
         [
-            typesetting.shortened(row.Index, 16),
+            name,
             translated(VERDICTS[row.verdict]),
             typesetting.fixed(row.inflation, 2),
             typesetting.number(row.standard_error_omega / milligon),
@@ -358,7 +362,7 @@ def _table_of_models(models):
             typesetting.fixed(row.valley_depth, 0),
             typesetting.fixed(row.critical_depth, 0),
         ]
-        for row in models.head(MOST_PRINTED).itertuples()
+        for row, name in zip(shown.itertuples(), names, strict=True)
     ]
     header = [translated("model"), translated("verdict"), translated("inflation")]
     header += ["omega", "k", translated("height"), translated("valley")]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.display_names import all_shortened
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import mark, translated
@@ -72,6 +73,7 @@ LESS_WEIGHT = mark("They have less weight: measure them again.")
 # weights that fell so far that the point hardly counts
 SMALL_WEIGHT = 0.5
 MOST_LISTED = 12
+WIDEST_NAME = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -418,11 +420,12 @@ def _listed(result, good):
     angles = result.parameters.columns[-3:]
     values = result.parameters[angles].to_numpy()[good.index] / RADIANS_PER_GON
     sigma_um = good["sigma_0"] * METRES_PER_MM / METRES_PER_UM
+    names = all_shortened(good["model_id"], WIDEST_NAME)
     rows = [
-        [typesetting.shortened(name, 20), str(count), typesetting.fixed(size, 1)]
+        [name, str(count), typesetting.fixed(size, 1)]
         + [typesetting.fixed(angle, 4) for angle in row]
         for name, count, size, row in zip(
-            good["model_id"], good["n_points"], sigma_um, values, strict=True
+            names, good["n_points"], sigma_um, values, strict=True
         )
     ]
     header = [

@@ -9,7 +9,7 @@ import pandas as pd
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segment_sum, segments
-from einschalt.foundations.display_names import printable
+from einschalt.foundations.display_names import all_shortened, printable
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
@@ -34,6 +34,7 @@ from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
 
 STAGE = "stage2_relative_orientation"
 MOST_PRINTED = 20
+WIDEST_NAME = 16
 TITLES = mark_each(
     {
         "independent": "independent pair",
@@ -398,14 +399,15 @@ def _table_of_models(orientation):
     is_shift = np.array([name in SHIFTS for name in names])
     values = orientation.adjustment.elements / np.where(is_shift, 1.0, RADIANS_PER_GON)
     models = orientation.models.head(MOST_PRINTED)
+    ids = all_shortened(models["model_id"], WIDEST_NAME)
     rows = [
         [
-            typesetting.shortened(row.model_id, 16),
+            name,
             str(row.n_points),
             typesetting.number(row.sigma_0),
             *(typesetting.fixed(value, 4) for value in elements),
         ]
-        for row, elements in zip(models.itertuples(), values, strict=False)
+        for row, name, elements in zip(models.itertuples(), ids, values, strict=False)
     ]
     header = [translated("model"), translated("points"), "sigma_0", *names]
     text = typesetting.table(rows, header=header)

@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from einschalt.foundations.display_names import shortened
+from einschalt.foundations.display_names import all_shortened, shortened
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.summary.finding_titles import title_of
@@ -89,8 +89,8 @@ def _exchanges(finding, told):
 
 
 def _in_photograph(facts):
-    one, other = (shortened(point) for point in facts["points"])
-    image, *others = (shortened(each) for each in facts["images"])
+    one, other = all_shortened(facts["points"])
+    image, *others = all_shortened(facts["images"])
     if others:  # nothing tells which of the two
         image = translated("{image} or {other}", image=image, other=others[0])
     is_known = isfinite(facts["sigma_0"])
@@ -129,7 +129,7 @@ def other_targets(finding):
 
 
 def _exchange(facts):
-    one, other = (shortened(point) for point in facts["points"])
+    one, other = all_shortened(facts["points"])
     return translated(
         EXCHANGE,
         one=one,

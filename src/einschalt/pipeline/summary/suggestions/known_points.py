@@ -1,6 +1,6 @@
 """What to say of known points that do not agree with the claimed figure."""
 
-from einschalt.foundations.display_names import shortened
+from einschalt.foundations.display_names import all_shortened
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import names
 from einschalt.pipeline.summary.suggestion import filled
@@ -150,7 +150,7 @@ def exchanged_control(finding):
     """Which they are, and what is gone with their names put right."""
     moves = finding.facts["moved"] > 0.0
     if finding.facts["n_points"] == 2:
-        one, other = (names([name]) for name in finding.names)
+        one, other = all_shortened(finding.names)
         words = EXCHANGED_MOVES if moves else EXCHANGED
         return filled(words, finding, one=one, other=other)
     words = NAMES_MIXED_MOVES if moves else NAMES_MIXED
@@ -161,11 +161,13 @@ def _places(finding):
     """Where the first of some points lie, and how many more there are."""
     facts, told = finding.facts, []
     places = zip(finding.names, facts["given_as"], strict=False)
-    pairs = [(shortened(name), shortened(given)) for name, given in places]
+    whole = [name for pair in places for name in pair]
+    *short, last = all_shortened([*whole, facts["last"]])
+    pairs = list(zip(short[::2], short[1::2], strict=True))
     n_more = facts["n_points"] - MOST_PLACES
     if facts["slipped_rows"]:
         first, given = pairs[0]
-        slip = {"first": first, "given": given, "last": shortened(facts["last"])}
+        slip = {"first": first, "given": given, "last": last}
         told.append(translated(SLIPPED, n=facts["slipped_rows"], **slip))
     else:
         told += [
@@ -175,7 +177,7 @@ def _places(finding):
         if n_more > 0:
             told.append(translated("and {n:further point|further points}", n=n_more))
     if facts["lost"]:
-        lost, nameless = shortened(facts["lost"]), shortened(facts["nameless"])
+        lost, nameless = all_shortened([facts["lost"], facts["nameless"]])
         told.append(translated(LOST, lost=lost, nameless=nameless))
     return "; ".join(told)
 
