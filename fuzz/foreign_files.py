@@ -302,6 +302,60 @@ OPENSFM_TRACKS_VERSION_v2
 a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3\t-1\t-1
 b.jpg\t7\t4\t-0.5\t0.375\t0.002\t1\t2\t3\t-1\t-1
 """
+OPF = """\
+{"format": "application/opf-project+json", "version": "1.0", "items": [
+{"type": "camera_list", "resources": [{"uri": "camera_list.json",
+"format": "application/opf-camera-list+json"}]},
+{"type": "input_cameras", "resources": [{"uri": "input_cameras.json",
+"format": "application/opf-input-cameras+json"}]},
+{"type": "input_control_points", "resources": [{"uri": "input_control_points.json",
+"format": "application/opf-input-control-points+json"}]},
+{"type": "scene_reference_frame", "resources": [{"uri": "frame.json",
+"format": "application/opf-scene-reference-frame+json"}]},
+{"type": "calibration", "resources": [{"uri": "calibrated_cameras.json",
+"format": "application/opf-calibrated-cameras+json"}]}]}
+"""
+OPF_LIST = """\
+{"format": "application/opf-camera-list+json", "version": "1.0", "cameras": [
+{"id": 9843086184167632639, "uri": "file:///c:/a/1.jpg"},
+{"id": 12, "uri": "b%20c/2.jpg"}]}
+"""
+OPF_CAMERAS = """\
+{"format": "application/opf-input-cameras+json", "version": "1.0", "sensors": [
+{"id": 3, "name": "FC330", "image_size_px": [4000, 3000], "pixel_size_um": 1.5,
+"internals": {"type": "perspective", "principal_point_px": [2000, 1500],
+"focal_length_px": 2500, "radial_distortion": [0, 0, 0],
+"tangential_distortion": [0, 0]}}], "captures": []}
+"""
+OPF_CALIBRATED = """\
+{"format": "application/opf-calibrated-cameras+json", "version": "1.0", "sensors": [
+{"id": 3, "internals": {"type": "perspective", "principal_point_px": [2010, 1490],
+"focal_length_px": 2512.5, "radial_distortion": [0.05, -0.02, 0.003],
+"tangential_distortion": [0.001, -0.002]}}], "cameras": [{"id": 12, "sensor_id": 3,
+"position": [10, 20, 100], "orientation_deg": [0, 0, 90]}]}
+"""
+OPF_FRAME = """\
+{"format": "application/opf-scene-reference-frame+json", "version": "1.0",
+"crs": {"definition": "EPSG:31255"}, "base_to_canonical":
+{"scale": [1, 1, 1], "shift": [-13000, -322000, -400], "swap_xy": true}}
+"""
+OPF_POINTS = """\
+{"format": "application/opf-input-control-points+json", "version": "1.0", "gcps": [
+{"id": "P1", "geolocation": {"crs": {"definition": "EPSG:31255+5778"},
+"coordinates": [322100.5, 13050.25, 411.5], "sigmas": [0.03, 0.04, 0.02]},
+"is_checkpoint": false, "marks": [
+{"camera_id": 9843086184167632639, "position_px": [562.25, 2047.5], "accuracy": 1.0},
+{"camera_id": 12, "position_px": [1562.25, 2040.5], "accuracy": 1.0}]}],
+"mtps": [{"id": "M1", "is_checkpoint": false, "marks": [
+{"camera_id": 12, "position_px": [20.5, 30.5], "accuracy": 1.0}]}]}
+"""
+OPF_FILES = {
+    "camera_list.json": OPF_LIST,
+    "input_cameras.json": OPF_CAMERAS,
+    "calibrated_cameras.json": OPF_CALIBRATED,
+    "frame.json": OPF_FRAME,
+    "input_control_points.json": OPF_POINTS,
+}
 HOMOLOGOUS = "1.5 2.5 3.5 4.5 1\n5 6 7 8 1\n"
 COLMAP = {
     "colmap/cameras.txt": CAMERAS,
@@ -315,6 +369,8 @@ TOGETHER = {
     "gcp.json": (GCP_JSON,),
     "Pastisa.tif/b.tif.txt": (HOMOLOGOUS,),
     **{name: (text,) for name, text in COLMAP.items()},
+    "project.opf": (OPF,),
+    **{name: (text,) for name, text in OPF_FILES.items()},
 }
 SIZES = {"reconstruction.json": RECONSTRUCTION}
 BESIDE = {
@@ -322,4 +378,6 @@ BESIDE = {
     "gcp.json": SIZES,
     "reconstruction.json": {"tracks.csv": TRACKS_1, "gcp.json": GCP_JSON},
     **{name: COLMAP for name in COLMAP},  # noqa: C420 - fromkeys would be RUF024
+    "project.opf": OPF_FILES,
+    **{name: {"project.opf": OPF} | OPF_FILES for name in OPF_FILES},
 }

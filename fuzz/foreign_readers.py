@@ -102,6 +102,8 @@ def _shapefile():
 def _reader_of(name):
     if name in foreign_files.COLMAP:
         return lambda path: _foreign(path.parent)
+    if name in foreign_files.OPF_FILES:
+        return partial(_beside, read=_foreign, name="project.opf")
     if name == "reconstruction.json":
         return partial(_beside, read=_markers, name="gcp.json")
     return _markers if name == "gcp.json" else _foreign

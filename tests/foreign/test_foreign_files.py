@@ -107,3 +107,62 @@ def test_other_files_of_opensfm_are_told_from_its_control(tmp_path):
         path.write_text(text)
         with pytest.raises(EinschaltError, match="holds no points as OpenSfM"):
             found_in(path)
+
+
+OPF = "opf/project.opf"
+OPF_PARTS = [
+    "project.opf",
+    "camera-list.json",
+    "input-cameras.json",
+    "calibrated-cameras.json",
+    "arbitrary-scene-reference-frame.json",
+    "control_points/input-control-points.json",
+]
+
+
+def test_a_project_of_the_open_photogrammetry_format_is_read():
+    found, control, measured = tables_of(HERE / OPF)
+    row = control.iloc[0]
+    assert (len(control), row["point_id"], row["role"]) == (1, "gcp0", "check")
+    # EPSG:4265 has the latitude first
+    assert (row["longitude"], row["latitude"], row["height"]) == (2.0, 1.0, 3.0)
+    assert found.crs == "EPSG:4265+5214"
+    assert measured.groupby("point_id").size().to_dict() == {"gcp0": 3, "mtp0": 3}
+    kinds = [len(found.cameras), len(found.unusable)]
+    assert kinds == [2, 3]
+    camera = found.cameras["DJI_FC6540_24.0_6016x4008"]  # as it was calibrated
+    assert (camera["f"], camera["width"], camera["height"]) == (5312.353, 6016, 4008)
+    assert camera["cx"] == pytest.approx(3001.23 - 3008.0)
+    images = found.tables["orientations"]["image_id"].tolist()
+    assert images == ["IMG_160929_114101_0001_GRE.tif", "57282923", "Image_09573.jpg"]
+
+
+@pytest.mark.parametrize("name", OPF_PARTS)
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8, 0.97])
+def test_parts_of_a_project_that_are_cut_off_are_refused(tmp_path, name, share):
+    file = copy(tmp_path, OPF)
+    part = tmp_path / name
+    data = part.read_bytes()
+    part.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(EinschaltError, match=rf"{name}, row \d+: is no whole JSON"):
+        found_in(file)
+
+
+@pytest.mark.parametrize("name", OPF_PARTS[2:])
+def test_numbers_of_a_project_that_are_none_are_refused(tmp_path, name):
+    file = copy(tmp_path, OPF)
+    part = tmp_path / name
+    text = part.read_text(encoding="utf-8")
+    key = {
+        "input-cameras.json": '"pixel_size_um": 1.6',
+        "calibrated-cameras.json": '"focal_length_px": 5312.353',
+        "arbitrary-scene-reference-frame.json": '"shift": [\n            0',
+        "control_points/input-control-points.json": "                        458",
+    }[name]
+    assert key in text
+    number = re.search(r"[\d.]+$", key).group()
+    for wrong in ('"1O.5"', "NaN", "1e999", "null", "[]"):
+        changed = f"{key.removesuffix(number)}{wrong}"
+        part.write_text(text.replace(key, changed), encoding="utf-8")
+        with pytest.raises(EinschaltError, match=rf"{name}: .*Export it again"):
+            found_in(file)

@@ -254,7 +254,8 @@ class _Reading:
 
     def _companions(self, path, source, table):
         """Files that belong to a table, such as the .dbf of a shapefile; signed for."""
-        names = {one: str(Path(source).with_name(one.name)) for one in companions(path)}
+        folder, beside = Path(source).parent, companions(path)
+        names = {one: str(folder / one.relative_to(path.parent)) for one in beside}
         parts = {one.name.removeprefix(path.stem): names[one] for one in names}
         self.sources |= {f"{table}{part}": name for part, name in parts.items()}
         return tuple(self._signed(one, name) for one, name in names.items())

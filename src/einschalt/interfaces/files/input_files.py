@@ -13,6 +13,7 @@ from einschalt.foundations.errors import ChangedFileError, FileError, name_some
 from einschalt.foundations.limited_memory import gigabytes
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.system_errors import reason_of
+from einschalt.interfaces.files import opf_parts
 from einschalt.pipeline.block.memory import allowed_bytes
 
 ZIP = b"PK\x03\x04"
@@ -272,10 +273,13 @@ def _line_of(data, place):
 def companions(path):
     """Files without which one cannot be understood.
 
-    Those beside a shapefile, and reconstructions beside control or tracks of OpenSfM,
-    which have the sizes of its images.
+    Those beside a shapefile, those of which a project of OPF consists, and
+    reconstructions beside control or tracks of OpenSfM, which have the sizes of its
+    images.
     """
     path = Path(path)
+    if path.suffix.lower() == opf_parts.SUFFIX:
+        return opf_parts.files_beside(path)
     if path.suffix.lower() == ".json" or _is_tracks(path):
         return reconstructions(path)
     if path.suffix.lower() != ".shp":

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pandas as pd
@@ -80,6 +80,7 @@ class Looked:
     left_out: tuple[str, ...] = ()  # columns that are no part of the table
     unit: str | None = None  # of its model or image coordinates, if the header has it
     camera: dict | None = None  # keys of a camera, if there is only one
+    unusable: dict = field(default_factory=dict)  # why all cameras are, by their names
 
     @property
     def title(self):
@@ -193,10 +194,14 @@ def _foreign(file, said):
             new = [note for note in looked.notes if note not in told]
             told += new
             found.append(replace(looked, notes=tuple(new)))
-    if foreign.cameras:
+    if foreign.cameras or (found and foreign.unusable):
         is_only = len(foreign.cameras) + len(foreign.unusable) == 1
-        keys = next(iter(foreign.cameras.values())) if is_only else None
-        camera = Looked(file.path, "camera", pd.DataFrame(), own, camera=keys)
+        keys = next(iter(foreign.cameras.values()), None) if is_only else None
+        known = {
+            "camera": keys,
+            "unusable": {} if foreign.cameras else foreign.unusable,
+        }
+        camera = Looked(file.path, "camera", pd.DataFrame(), own, **known)
         # what was said of the file is said of its tables already, and for the size of
         # a pixel the user is asked
         asked = without_pitch(foreign.cameras, file.source)

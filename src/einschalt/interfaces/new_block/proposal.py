@@ -29,6 +29,7 @@ from einschalt.interfaces.new_block.photographs import (
     transformation_of,
 )
 from einschalt.interfaces.new_block.questions import questions_of
+from einschalt.interfaces.programs.metashape_cameras import no_camera
 from einschalt.pipeline.block.facts import FLIGHTS
 
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
@@ -153,6 +154,7 @@ def _camera_of(cameras, found):
 
     Projects hold the camera with which they began, and export the adjusted one alone.
     """
+    cameras = [one for one in cameras if not one.unusable] or cameras
     paths = [one.path for one in found]
     alone = [one for one in cameras if paths.count(one.path) == 1]
     cameras = alone or cameras
@@ -162,6 +164,8 @@ def _camera_of(cameras, found):
             expected="the camera of the image points",
             remedy="Name that one after --from, and leave the others out",
         )
+    if cameras[0].unusable:
+        raise no_camera(cameras[0].unusable, cameras[0].title)
     if cameras[0].camera is None:
         raise FileError(
             "holds several cameras",

@@ -136,7 +136,8 @@ def _marks(root, labels, source):
     images = [] if listed is None else list(each(listed, "image"))
     used = [one for one in images if is_on(one.get("enabled", "true"))]
     rows = []
-    for image, name in zip(used, _names_of(used, source), strict=True):
+    paths = [one.get("path") or "" for one in used]
+    for image, name in zip(used, file_names(paths, source), strict=True):
         for mark in each(image, "imageGCP"):
             if mark.get("id") not in labels:
                 found = f"image {name} has a mark of point {mark.get('id')}, unknown"
@@ -150,9 +151,9 @@ def _marks(root, labels, source):
     return rows, [f"{source}: {said} not enabled, left out"]
 
 
-def _names_of(images, source):
+def file_names(paths, source):
     """Names of the files of images, with their folders where names repeat."""
-    paths = [FOLDERS.split(one.get("path") or "") for one in images]
+    paths = [FOLDERS.split(path) for path in paths]
     names = []
     for n_parts in range(1, 1 + max(map(len, paths), default=1)):
         names = ["/".join(path[-n_parts:]) for path in paths]

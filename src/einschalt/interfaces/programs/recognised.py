@@ -32,6 +32,7 @@ from einschalt.interfaces.programs import (
     micmac,
     opensfm_cameras,
     opensfm_tracks,
+    opf,
     pat_b,
     photomodeler,
     pix4d,
@@ -59,7 +60,15 @@ class Format:
 
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
-CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d")  # their end can be told
+CLOSED = (
+    ".vrt",
+    ".tif",
+    ".dxf",
+    ".snx",
+    ".json",
+    ".p4d",
+    ".opf",
+)  # their end can be told
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
@@ -108,6 +117,13 @@ FORMATS = (
         opensfm_cameras.read_cameras,
         (".json",),
         opensfm_cameras.is_cameras,
+    ),
+    Format(
+        "opf",
+        "Open Photogrammetry Format",
+        opf.read_project,
+        (".opf", ".json"),
+        opf.is_project,
     ),
     Format("pix4d", "Pix4Dmapper", pix4d.read_project, (".p4d",), pix4d.is_project),
     Format(
