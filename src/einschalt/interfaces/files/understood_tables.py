@@ -81,6 +81,7 @@ class ReadTable:
     notes: tuple[str, ...] = ()  # how it was understood
     crs: str | None = None  # of its coordinates, where the file states one
     unit: str | None = None  # of model or image coordinates, where the header has it
+    n_beside: int = 0  # other tables in its sheet
 
 
 def meant_header(names, schema, said, source, row=None, *, usual=None):

@@ -32,6 +32,7 @@ from einschalt.interfaces.files.header_rows import (
     with_units,
 )
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.sheet_parts import fitting_parts, meant_part, parts_of
 from einschalt.interfaces.files.understood_tables import (
     NOTHING_SAID,
     ReadTable,
@@ -64,6 +65,8 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     """
     source = source or Path(path).name
     cells, sheet, notes = _sheet(path, schema, said, source)
+    cells, n_beside, more = meant_part(cells, schema, said, source, sheet)
+    notes += more
     place, names = _header(cells, schema, said)
     row = int(cells.index[place])
     units = with_units(names, _first_rows(cells[place + 1 : place + 2])[0])
@@ -78,7 +81,7 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
     frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
     table = understood(frame, schema, said, meant, source)
-    return replace(table, notes=(*notes, *table.notes))
+    return replace(table, notes=(*notes, *table.notes), n_beside=n_beside)
 
 
 def sheets_of(path, source):
@@ -194,7 +197,10 @@ def _first_rows(cells):
 
 
 def _has_header(cells, schema, said):
-    return place_of_header(_first_rows(cells), schema, said) is not None
+    if place_of_header(_first_rows(cells), schema, said) is not None:
+        return True
+    parts = parts_of(cells)
+    return len(parts) > 1 and bool(fitting_parts(cells, parts, schema, said))
 
 
 def _header(cells, schema, said):

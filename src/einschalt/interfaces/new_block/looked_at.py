@@ -26,6 +26,7 @@ from einschalt.interfaces.files.input_files import (
     refuse_other_kinds,
 )
 from einschalt.interfaces.files.points_of_systems import schema_in
+from einschalt.interfaces.files.sheet_parts import TWO_TABLES
 from einschalt.interfaces.files.tables_by_suffix import (
     CSV_SUFFIXES,
     READ_SUFFIXES,
@@ -156,7 +157,7 @@ def look_at(path, said) -> list[Looked]:
     found, refused = [], []
     for part in parts:
         try:
-            found.append(_table(file, part))
+            found += _tables(file, part)
         except EinschaltError as error:
             refused.append(error)
     # a workbook has sheets of other things beside
@@ -307,11 +308,28 @@ def _said_of_guess(kind, problems, left_out):
     ]
 
 
-def _table(file, said):
-    """The table as the first kind whose columns it has."""
+def _tables(file, said):
+    """The tables of a sheet, a layer or a text; others than sheets have one."""
+    first, n_beside = _table(file, said)
+    found = [first]
+    if n_beside:  # each is of another kind: two of one kind are refused
+        for kind in KINDS:
+            try:
+                table, _ = _table(file, said, (kind,))
+            except EinschaltError:  # the sheet has none of this kind
+                continue
+            rows = {*table.frame.index}
+            if rows.isdisjoint(*(one.frame.index for one in found)):
+                found.append(table)
+    return found
+
+
+def _table(file, said, kinds=tuple(KINDS)):
+    """The table as the first kind whose columns it has; how many stand beside it."""
     beside = [read_once(one, one.name) for one in companions(file.path)]
     questions, refused = [], []
-    for kind, schema in KINDS.items():
+    for kind in kinds:
+        schema = KINDS[kind]
         known = {n: c for n, c in said.columns.items() if n in schema.names}
         own = replace(said, columns=known)
         try:
@@ -319,12 +337,14 @@ def _table(file, said):
                 file, schema, own, source=file.source, beside=tuple(beside)
             )
         except EinschaltError as error:
+            if TWO_TABLES in str(error):  # as other kinds they would be read as one
+                raise
             questions += [error] if _is_of_rows(error) else []
             refused += [error] if isinstance(error, FileError) else []
             continue
         fit = _fitting(kind, table)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
-            return _looked(file, kind, table, own)
+            return _looked(file, kind, table, own), table.n_beside
     # below a title that is taken for the header, all rows are too long
     questions.sort(key=_is_ragged)
     if questions:
