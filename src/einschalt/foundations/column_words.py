@@ -24,7 +24,7 @@ WORDS = {
     "point_id": {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
-        "en": "pointid pointnumber pointno pointnr pointname point ptid ptno gcp "
+        "en": "pointid pointnumber pointno pointnr pointname point ptid ptno opid gcp "
         "gcpid gcpname label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",

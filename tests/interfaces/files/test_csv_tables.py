@@ -14,13 +14,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, FileError
-from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.foundations.tables import (
+    CONTROL_POINTS,
+    IMAGE_POINTS,
+    MODEL_POINTS,
+    check_table,
+)
 from einschalt.interfaces.files import csv_parts
 from einschalt.interfaces.files.csv_tables import (
     _without_apostrophes,
     read_csv,
+    understand_csv,
     write_csv,
 )
+from einschalt.interfaces.files.understood_tables import Said
 
 HEADER = "coverage,model_id,point_id,x,y\n"
 # make fuzz reads a million files; EINSCHALT_HUNT looks for new examples
@@ -433,3 +440,63 @@ def test_bytes_are_counted_without_memory_for_all_of_them():
         part = data[: 2 * csv_parts.BLOCK_BYTES + n_more]
         assert csv_parts.count_byte(part, b"\n") == part.count(b"\n")
     assert csv_parts.count_byte(b"", b"\n") == 0
+
+
+DBAT_FIXED = """\
+# Id, Name, X, Y, Z, sigmaX, sigmaY, sigmaZ
+317, B2.16,   999604.580, 112344.443, 139.453
+375, B3.05,   999619.041, 112370.818, 138.97
+"""
+DBAT_WEIGHTED = """\
+# Control points of the block,
+# weighted version.
+# Id, Name, X, Y, Z, sigmaX, sigmaY, sigmaZ
+317, B2.16, 999604.580, 112344.443, 139.453, 0.02, 0.02, 0.04
+375, B3.05, 999619.041, 112370.818, 138.97, 0.02, 0.02, 0.04
+"""
+DBAT_CLOSE = """\
+# Id, name, X, Y, Z, sigmaX, sigmaY, sigmaZ
+317,  , 999604.580, 112344.443, 139.453
+375,  , 999619.041, 112370.818, 138.97
+"""
+
+
+@pytest.mark.parametrize("text", [DBAT_FIXED, DBAT_WEIGHTED, DBAT_CLOSE])
+def test_control_of_dbat_is_read_by_the_names_in_its_comment(tmp_path, text):
+    (tmp_path / "c.txt").write_text(text)
+    said = Said(crs="EPSG:27561")
+    frame = understand_csv(tmp_path / "c.txt", CONTROL_POINTS, said).frame
+    columns = ["point_id", "easting", "northing", "height"]
+    assert frame[columns].to_numpy().tolist() == [
+        ["317", 999604.58, 112344.443, 139.453],
+        ["375", 999619.041, 112370.818, 138.97],
+    ]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "Format: image id, point id, x, y, sxy",
+        "Format: Image id, OP id, x, y, sxy",
+        "Format: image id, point id, x, y, sxy, more, than, there, are",
+    ],
+)
+def test_marks_of_dbat_are_read_by_the_names_in_their_comment(tmp_path, names):
+    text = f"# Mark points of the demo\n# {names}\n"
+    rows = " 1,    2, 1429.1871, 1456.4278, 0.1\n 1,    3, 1217.8557, 1456.1798, 0.1\n"
+    (tmp_path / "m.txt").write_text(text + rows)
+    read = understand_csv(tmp_path / "m.txt", IMAGE_POINTS).frame
+    frame = check_table(read, IMAGE_POINTS).frame  # takes blanks off names
+    assert frame[["image_id", "point_id", "x", "y"]].to_numpy().tolist() == [
+        ["1", "2", 1429.1871, 1456.4278],
+        ["1", "3", 1217.8557, 1456.1798],
+    ]
+
+
+@pytest.mark.parametrize("comment", ["Id,X,Y,Z", "Id,Name,Note,Date,Time,X,Y"])
+def test_comments_that_name_other_columns_are_no_header(tmp_path, comment):
+    """Four names of six columns, or what is needed behind the last column."""
+    (tmp_path / "c.txt").write_text(f"# {comment}\n1001,CP1,0,1,0,1e-3\n")
+    said = Said(crs="EPSG:27561")
+    frame = understand_csv(tmp_path / "c.txt", CONTROL_POINTS, said).frame
+    assert "easting" not in frame

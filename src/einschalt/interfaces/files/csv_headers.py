@@ -20,12 +20,13 @@ from einschalt.interfaces.files.header_rows import (
     with_units,
 )
 from einschalt.interfaces.files.input_files import HEAD_BYTES
-from einschalt.interfaces.files.understood_tables import is_header
+from einschalt.interfaces.files.understood_tables import is_header, is_whole_header
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 COMMENT = "#"
 HEAD_COMMENTS = (COMMENT, "%", "//", "!")  # the others before the names only
 SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?\s*', re.IGNORECASE)  # of Excel
+BEFORE_NAMES = re.compile(r"^\s*(format|columns|spalten)\s*:", re.IGNORECASE)
 BLANK = " "
 BLANKS = re.compile(rb"[ \t]+")
 MOST_COLUMNS = 1000
@@ -48,7 +49,7 @@ def read_header(data, schema, said, source):
     row, lines, comment, separator = _head(data)
     header = _known(lines, row, separator, schema, said)
     if header is None and comment is not None and lines:
-        header = _in_comment(comment, lines[0], separator, row, schema)
+        header = _in_comment(comment, lines[0], separator, row, (schema, said))
     header = header or _missing(lines, row, separator, schema)
     header = header or _first(lines, row, separator, schema, source)
     if (
@@ -131,13 +132,24 @@ def _known(lines, row, separator, schema, said):
     return Header(units or names, parted, row + place, end + (units is not None))
 
 
-def _in_comment(comment, line, separator, row, schema):
-    """Names in the last comment before the values; None where there are none."""
+def _in_comment(comment, line, separator, row, meant):
+    """Names in the last comment before the values; None where there are none.
+
+    It may have names of more columns than there are, as DBAT's do where no errors
+    follow; all that are needed must then stand before these. ``meant``: schema, and
+    what the user says.
+    """
+    schema, said = meant
+    text = BEFORE_NAMES.sub("", comment[1])
     for sign in [separator] if separator else _separators_of(line):
-        names, above = _parted(line, sign), _parted(comment[1], sign)
-        is_named = not is_header(names, schema) and is_header(above, schema)
-        if is_named and len(above) == len(names):
-            return Header(above, sign, comment[0], row - 1)
+        names, above = _parted(line, sign), _parted(text, sign)
+        if is_header(names, schema) or not is_header(above, schema):
+            continue
+        first = above[: len(names)]
+        if len(above) == len(names) or (
+            len(above) > len(names) and is_whole_header(first, schema, said)
+        ):
+            return Header(first, sign, comment[0], row - 1)
     return None
 
 
