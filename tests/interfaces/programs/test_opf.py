@@ -11,7 +11,7 @@ from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.input_files import companions
 from einschalt.interfaces.files.understood_tables import Said
-from einschalt.interfaces.new_block.looked_at import look_at
+from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.programs.block_tables import read_camera
 from einschalt.interfaces.programs.recognised import read_foreign
@@ -140,6 +140,12 @@ def test_init_sees_points_marks_and_the_camera(project):
     assert set(found) == {"ground", "image_points", "camera"}
     assert not found["camera"].lacks_pitch
     assert found["ground"].crs == "EPSG:31255+5778"
+
+
+def test_a_folder_is_looked_through_without_the_parts_of_its_project(project):
+    project.with_name("other.json").write_text("{}", encoding="utf-8")
+    names = [path.name for path in files_below(project.parent)]
+    assert names == ["other.json", "project.opf"]
 
 
 def test_a_part_of_a_project_is_told_from_the_project(project):

@@ -119,14 +119,22 @@ class Looked:
 def files_below(folder):
     """Files of a folder that may be tables or cameras; images are not looked at."""
     known = (*READ_SUFFIXES, ".toml", ".json", *recognised.SUFFIXES)
+    parts = _of_projects(folder)
     return sorted(
         path
         for path in Path(folder).iterdir()
-        if path.suffix.lower() in known
+        if path not in parts
+        and path.suffix.lower() in known
         and path.suffix.lower() not in recognised.IMAGES
         and path.is_file()
         and not path.name.startswith(".")
     )
+
+
+def _of_projects(folder):
+    """Files that are read as parts of a project beside them."""
+    projects = [p for p in Path(folder).iterdir() if p.suffix.lower() == ".opf"]
+    return {part for project in projects for part in companions(project)}
 
 
 def look_at(path, said) -> list[Looked]:
