@@ -256,6 +256,7 @@ SUSPECT_CONTROL = Part(
         "point_id": ("", "name of the control point"),
         "easting": ("m", "error of the given easting that would explain it"),
         "northing": ("m", "error of the given northing that would explain it"),
+        "height": ("m", "error of the given height that would; null in plan"),
         "w": ("", "test statistic: error over its standard error"),
         "p_value": ("", "p-value of the test"),
     },

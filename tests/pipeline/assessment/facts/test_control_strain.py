@@ -16,6 +16,7 @@ from einschalt.pipeline.assessment.facts.control_strain import (
     displaced_control_facts,
     suspect_control_facts,
 )
+from einschalt.pipeline.summary.sections.control_strain import section
 
 
 def strained(*, is_smooth=True, p_value=1e-5, n=12):
@@ -66,6 +67,17 @@ def test_suspects_come_worst_first():
     assert not facts.is_set_aside
     aside = examined_with(2, is_set_aside=[False] * 29 + [True])
     assert suspect_control_facts(aside).is_set_aside
+
+
+def test_heights_of_spatial_models_are_told():
+    assert np.isnan(suspect_control_facts(examined_with(2)).suspects[0].height)
+    facts = suspect_control_facts(examined_with(2, strain_height=-0.7))
+    assert facts.suspects[0].height == -0.7
+    said = section(facts)
+    assert said.header == ("", "easting", "northing", "height", "w", "p")
+    assert said.rows[0][3] == "-70 cm"
+    assert "height: error" in said.remarks[0]
+    assert "height" not in section(suspect_control_facts(examined_with(2))).header
 
 
 def test_all_are_counted_and_few_are_shown():

@@ -1,5 +1,6 @@
 """Control points that disagree with the block, each by itself or all together."""
 
+import math
 from dataclasses import dataclass
 
 MOST_SUSPECTS = 20
@@ -16,6 +17,7 @@ class SuspectControl:
     northing: float
     w: float
     p_value: float
+    height: float = math.nan  # of the same error [m]; NaN in plan
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ def suspect_control_facts(
     suspects = control[control["is_suspect"]].sort_values("p_value")
     if suspects.empty:
         return displaced_control_facts(examined)
-    columns = ("point_id", "strain_easting", "strain_northing", "w", "p_value")
+    columns = ["point_id", "strain_easting", "strain_northing", "w", "p_value"]
+    columns += ["strain_height"] if "strain_height" in suspects else []
     shown = suspects.head(MOST_SUSPECTS)
     rows = zip(*(shown[name] for name in columns), strict=True)
     return SuspectControlFacts(

@@ -1,5 +1,6 @@
 """Control points that disagree with the block, each by itself or all together."""
 
+import math
 from functools import singledispatch
 
 from einschalt.foundations.display_names import printable
@@ -20,6 +21,9 @@ ASIDE = mark("They are set aside: the new points do not depend on them.")
 STRAIN = mark(
     "easting, northing: error of the given coordinates that would explain it."
 )
+STRAIN_IN_SPACE = mark(
+    "easting, northing, height: error of the given coordinates that would explain it."
+)
 
 
 @singledispatch
@@ -32,15 +36,18 @@ def section(facts) -> Section:
 @section.register
 def _(facts: SuspectControlFacts) -> Section:
     shown = facts.suspects
-    rows = zip(
-        (printable(point.point_id) for point in shown),
-        lengths([point.easting for point in shown]),
-        lengths([point.northing for point in shown]),
-        (number(point.w) for point in shown),
-        (probability(point.p_value) for point in shown),
-        strict=True,
-    )
-    remarks = [translated(STRAIN)]
+    has_heights = not all(math.isnan(point.height) for point in shown)
+    names = [printable(point.point_id) for point in shown]
+    columns = [lengths([point.easting for point in shown])]
+    columns += [lengths([point.northing for point in shown])]
+    header = _header()
+    if has_heights:
+        columns += [lengths([point.height for point in shown])]
+        header = (*header, translated("height"))
+    columns += [[number(point.w) for point in shown]]
+    columns += [[probability(point.p_value) for point in shown]]
+    rows = zip(names, *columns, strict=True)
+    remarks = [translated(STRAIN_IN_SPACE if has_heights else STRAIN)]
     if facts.is_set_aside:
         remarks.append(translated(ASIDE))
     if facts.n_suspects > len(shown):
@@ -52,7 +59,7 @@ def _(facts: SuspectControlFacts) -> Section:
             )
         )
     title = translated("Control points that disagree with the block")
-    return Section(title, (*_header(), "w", "p"), tuple(rows), tuple(remarks))
+    return Section(title, (*header, "w", "p"), tuple(rows), tuple(remarks))
 
 
 def _header():

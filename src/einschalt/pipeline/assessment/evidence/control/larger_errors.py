@@ -31,10 +31,11 @@ def larger_control_errors(examined) -> LargerControlErrors | None:
     By the tests of its points, whose mean square is 1 for each axis, orientations
     counted. None where chance explains the rest, and where nothing tells: errors that
     control shares leave less in corrections, and a point that contradicts the block is
-    worse by itself.
+    worse by itself. Beside what was set aside, which leaves smaller ones to the rest.
     """
     control = examined.adjustment.control
-    control = control[np.isfinite(control["w"])]
+    is_held = ~control["is_set_aside"].to_numpy(dtype=bool)
+    control = control[is_held & np.isfinite(control["w"])]
     is_single = bool(control["is_suspect"].any())
     if control.empty or is_single or examined.shares_control_errors:
         return None

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import stdtr
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
@@ -19,6 +20,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     moved_between_ways,
     moved_by_suspect_control,
 )
+from einschalt.pipeline.assessment.evidence.control.heights import HEIGHT_OF_CHECK
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
     find_control_patterns,
@@ -38,6 +40,7 @@ FEWEST = 2
 # the others need not be the right ones
 MOST_SET_ASIDE = 0.4
 FEWEST_CONFIRMING = 4  # check points
+STANDS_OUT = 2.0  # times the heights of control that is kept, RMS
 
 
 def may_hold_wrong_control(examined) -> bool:
@@ -50,14 +53,63 @@ def may_hold_wrong_control(examined) -> bool:
 def set_aside_may_be_right(examined) -> bool:
     """Tell whether control that was set aside is off in one direction, or is much.
 
-    Not where check points agree with the adjustment without it.
+    Not where check points agree with the adjustment without it, in plan for what is
+    wrong in plan, and in height for what is wrong there.
     """
-    known = examined.known_check
+    control, known = examined.adjustment.control, examined.known_check
     is_confirmed = known.count >= FEWEST_CONFIRMING and not known.are_beyond
-    control = examined.adjustment.control
-    return not is_confirmed and (
-        are_set_aside_alike(control) or are_many_set_aside(control)
+    in_plan = are_set_aside_alike(control) or are_many_set_aside(control)
+    in_height = are_alike_in_height(control) or (
+        are_many_set_aside(control) and stand_out_in_height(control)
     )
+    return (in_plan and not is_confirmed) or (
+        in_height and not _is_confirmed_in_height(examined)
+    )
+
+
+def _is_confirmed_in_height(examined):
+    """Whether check points agree with the heights of an adjustment."""
+    test = examined.height_claim.of(HEIGHT_OF_CHECK)
+    is_tested = test is not None and test.n_points >= FEWEST_CONFIRMING
+    return is_tested and test.p_value > SIGNIFICANCE
+
+
+def stand_out_in_height(control) -> bool:
+    """Tell whether heights of what was set aside are off, and others are not.
+
+    Parameters
+    ----------
+    control : DataFrame
+        Of an adjustment: is_set_aside [, strain_height [m]].
+    """
+    if "strain_height" not in control:
+        return False
+    is_out = control["is_set_aside"].to_numpy(dtype=bool)
+    squares = control["strain_height"].to_numpy(dtype=float) ** 2
+    out, kept = squares[is_out], squares[~is_out]
+    if not np.isfinite(out).any():
+        return False
+    usual = np.nanmean(kept) if np.isfinite(kept).any() else 0.0
+    return bool(np.nanmean(out) > STANDS_OUT**2 * usual)
+
+
+def are_alike_in_height(control) -> bool:
+    """Tell whether heights of what was set aside stand out, and all in one direction.
+
+    Student's t of their mean: independent errors are about zero.
+    """
+    if not stand_out_in_height(control):
+        return False
+    is_out = control["is_set_aside"].to_numpy(dtype=bool)
+    strain = control["strain_height"].to_numpy(dtype=float)[is_out]
+    strain = strain[np.isfinite(strain)]
+    if len(strain) < FEWEST:
+        return False
+    mean, spread = strain.mean(), strain.std(ddof=1)
+    if not spread > 0.0:
+        return True
+    t = mean / (spread / np.sqrt(len(strain)))
+    return bool(2.0 * stdtr(len(strain) - 1, -abs(t)) <= SIGNIFICANCE)
 
 
 def are_many_set_aside(control) -> bool:
@@ -199,7 +251,7 @@ class SuspectControl:
             return patterns
         parts = set(found.point_ids), names - set(found.point_ids)
         is_out = any(part <= self._set_aside for part in parts)
-        if found.kind is Kind.GROUP and is_out:
+        if found.kind is Kind.GROUP and is_out and not self.set_aside_may_be_right:
             return patterns
         height = {"height": found, "moved_height": of_all.moved_height}
         return replace(patterns, **height, p_height=of_all.p_height)
