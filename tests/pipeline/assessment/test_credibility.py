@@ -15,6 +15,7 @@ from einschalt.pipeline.assessment.credibility import (
     high_flight_misfit,
 )
 from einschalt.pipeline.assessment.evidence.claim import Claim, ClaimTest
+from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
@@ -46,7 +47,19 @@ def test_measurements_that_contradict_it_leave_a_lower_bound(faulty_result):
     """Propagation knows no measurement: a blunder of 200 m does not enlarge it."""
     assert not has_credible_propagation(faulty_result.examination)
     assert claimed_column(faulty_result.examination) == PAPER
-    figure, figures = faulty_result.examination.credible, faulty_result.figures
+    told, figures = faulty_result.examination.credible, faulty_result.figures
+    assert told.reason is Reason.EXCHANGED_NAMES
+    new = faulty_result.points[faulty_result.points["role"] == "new"]
+    true = faulty_result.block.truth.set_index("point_id").loc[new["point_id"]]
+    plan = ["easting", "northing"]
+    away = new[plan].to_numpy() - true[plan].to_numpy()
+    assert told.value == pytest.approx(
+        np.sqrt(np.mean(np.sum(away**2, axis=1))), rel=0.01
+    )
+    # where no names are known to be wrong
+    examined = examine(faulty_result.solution)
+    vars(examined)["measured_names"] = None
+    figure = examined.credible
     assert figure.reason is Reason.CONTRADICTED
     assert figure.is_lower_bound
     enlarged = figures.mean_total * faulty_result.claim.enlargement
