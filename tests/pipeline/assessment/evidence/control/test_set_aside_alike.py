@@ -51,6 +51,7 @@ def test_more_than_two_of_five_are_many(n, are_many):
     aside = np.arange(5) < n
     control = control_off_by(np.ones((5, 2)), is_set_aside=aside)
     assert are_many_set_aside(control) is are_many
+    assert not are_many_set_aside(control.iloc[:0])
 
 
 @pytest.mark.parametrize(
