@@ -8,8 +8,7 @@ from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.input_files import read_text_bytes
-from einschalt.interfaces.files.json_text import parsed_json
+from einschalt.interfaces.files.plain_json import read_json
 
 MOST_NAMED = 4
 NO_RECONSTRUCTION = mark("is no reconstruction as OpenSfM writes it")
@@ -17,16 +16,7 @@ NO_RECONSTRUCTION = mark("is no reconstruction as OpenSfM writes it")
 
 def json_of(path, source):
     """Read JSON of OpenSfM; a FileError with the line where it is none."""
-    try:
-        return parsed_json(read_text_bytes(path, source))
-    except (ValueError, RecursionError) as error:
-        raise FileError(
-            f"is no whole JSON: {shortened(str(error), 80)}",
-            expected="JSON as OpenSfM writes it",
-            remedy="Export it again",
-            file=source,
-            row=getattr(error, "lineno", None),
-        ) from error
+    return read_json(path, source, "JSON as OpenSfM writes it")
 
 
 def unsized(images, sizes, source):

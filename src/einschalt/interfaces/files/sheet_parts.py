@@ -21,9 +21,12 @@ PARTICULAR = (
     tables.MEASURED_MODEL_POINTS,
 )
 GROUND = tables.CONTROL_POINTS
-TWO_TABLES = "tables that could be meant, in the rows"
 MOST_TITLES = 5  # rows above the names
 MOST_LOOKED_AT = 1000  # rows that follow an empty one
+
+
+class SeveralTablesError(FileError):
+    """More than one table of a sheet could be meant."""
 
 
 def parts_of(cells):
@@ -69,7 +72,7 @@ def meant_part(cells, schema, said, source, sheet):
         return cells, 0, []
     said_rows = [f"{a} to {b}" for a, b in (_rows_of(cells.iloc[p]) for p in fitting)]
     if len(fitting) > 1:
-        raise FileError(
+        raise SeveralTablesError(
             f"sheet '{sheet}' has {len(fitting)} tables that could be meant, in the "
             f"rows {', '.join(said_rows)}",
             expected="one table that has these columns",

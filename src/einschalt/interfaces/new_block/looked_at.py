@@ -26,7 +26,7 @@ from einschalt.interfaces.files.input_files import (
     refuse_other_kinds,
 )
 from einschalt.interfaces.files.points_of_systems import schema_in
-from einschalt.interfaces.files.sheet_parts import TWO_TABLES
+from einschalt.interfaces.files.sheet_parts import SeveralTablesError
 from einschalt.interfaces.files.tables_by_suffix import (
     CSV_SUFFIXES,
     READ_SUFFIXES,
@@ -344,9 +344,9 @@ def _table(file, said, kinds=tuple(KINDS)):
             table = understand_table(
                 file, schema, own, source=file.source, beside=tuple(beside)
             )
+        except SeveralTablesError:  # as other kinds they would be read as one
+            raise
         except EinschaltError as error:
-            if TWO_TABLES in str(error):  # as other kinds they would be read as one
-                raise
             questions += [error] if _is_of_rows(error) else []
             refused += [error] if isinstance(error, FileError) else []
             continue

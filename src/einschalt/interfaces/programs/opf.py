@@ -18,10 +18,10 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files import opf_parts
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.input_files import read_once, read_text_bytes
-from einschalt.interfaces.files.json_text import parsed_json
+from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.marker_files import markers_of
 from einschalt.interfaces.files.metashape_accuracies import ERRORS, in_plan, with_errors
+from einschalt.interfaces.files.plain_json import read_json
 from einschalt.interfaces.programs.foreign import Foreign, is_finite, orientations
 from einschalt.interfaces.programs.pix4d import file_names
 from einschalt.interfaces.programs.pixel_cameras import corner_keys
@@ -71,7 +71,7 @@ def read_project(file) -> Foreign:
 
 def _parts(file):
     """The files of a project that are read, by format; notes."""
-    given = _json(file, file.source)
+    given = read_json(file, file.source, EXPECTED)
     kind = given.get("format") if isinstance(given, dict) else None
     if kind != opf_parts.PROJECT:
         raise FileError(
@@ -93,24 +93,11 @@ def _parts(file):
             notes.append(note)
         for path in ones[-1:]:  # errors say its name in the project
             name = path.relative_to(file.path.parent).as_posix()
-            found = _json(read_once(path, name), name)
+            found = read_json(read_once(path, name), name, EXPECTED)
             if not isinstance(found, dict) or found.get("format") != kind:
                 raise damaged(name, f"is not of the format {kind}", EXPECTED)
             parts[kind] = Part(found, name)
     return parts, notes
-
-
-def _json(file, source):
-    try:
-        return parsed_json(read_text_bytes(file, source))
-    except (ValueError, RecursionError) as error:
-        raise FileError(
-            f"is no whole JSON: {shortened(str(error), 80)}",
-            expected=EXPECTED,
-            remedy="Export it again",
-            file=source,
-            row=getattr(error, "lineno", None),
-        ) from error
 
 
 def _names_of_images(part):

@@ -60,15 +60,8 @@ class Format:
 
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
-CLOSED = (
-    ".vrt",
-    ".tif",
-    ".dxf",
-    ".snx",
-    ".json",
-    ".p4d",
-    ".opf",
-)  # their end can be told
+# their end can be told
+CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf")
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
