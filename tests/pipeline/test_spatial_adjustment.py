@@ -12,6 +12,7 @@ import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.pipeline.summary.sections import precision
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.block_adjustment import spatial_solution
@@ -172,6 +173,15 @@ def test_summary_and_report_say_the_heights(result):
         "Measured heights (standard errors estimated from the residuals): high" in text
     )
     assert "Heights of the new points: " in render(result)
+
+
+def test_figure_of_the_heights_that_is_contradicted_is_not_left_alone(result):
+    told = result.assessment
+    assert "propagated figure of the heights" not in result.summary()
+    worse = replace(told.credible_heights, is_lower_bound=True)
+    said = precision.section(told.precision, told.credible, worse).text()
+    first_line = "The measurements contradict the propagated figure of the heights: use"
+    assert first_line in said.replace("\n    ", " ")
 
 
 def test_projection_centres_tie_the_models_of_images(from_images):

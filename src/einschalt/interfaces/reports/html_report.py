@@ -114,7 +114,10 @@ def _told(told):
         "precision": set_sections["precision"],
         "caution": precision.caution(told.precision),
         "remarks": precision.all_remarks(
-            told.precision, told.credible, is_untried=told.is_untried
+            told.precision,
+            told.credible,
+            told.credible_heights,
+            is_untried=told.is_untried,
         ),
         "differences": set_sections["known_points"],
         "flights": set_sections["flights"],

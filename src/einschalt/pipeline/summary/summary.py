@@ -28,7 +28,10 @@ def sections(assessment) -> dict[str, Section]:
     told = assessment
     return {
         "precision": precision.section(
-            told.precision, told.credible, is_untried=told.is_untried
+            told.precision,
+            told.credible,
+            told.credible_heights,
+            is_untried=told.is_untried,
         ),
         "ways": precision.ways(told.choice),
         "claim": claim.section(told.claim),
@@ -38,8 +41,8 @@ def sections(assessment) -> dict[str, Section]:
         "neighbours": neighbours.section(told.neighbours),
         "known_points": known_points.section(told.known_points),
         "tolerance": tolerance.section(told.tolerance, told.credible),
-        "deformation": model_deformation.section(told.deformation),
-        "own_deformation": model_deformation.own_section(told.deformation),
+        "deformation": model_deformation.section(told.deformation, told.better),
+        "own_deformation": model_deformation.own_section(told.deformation, told.better),
         "control_strain": control_strain.section(told.control_strain),
         "distribution": moves.distribution(told.distribution),
         "flights": flights.section(told.flights, told.approximations),

@@ -105,6 +105,21 @@ def test_check_points_decide_where_there_are_enough():
     )
 
 
+@pytest.mark.parametrize(
+    "facts", [{}, {"detected": True, "modelled": True}, {"own": "modelled"}]
+)
+def test_nothing_is_said_against_the_verdict(facts):
+    """Control that is wrong may speak for the two steps where no deformation does."""
+    told = deformation_facts(examined_with(**facts))
+    better, same = (SimpleNamespace(method=m) for m in ("two_step", "simultaneous"))
+    said = belief_text(told, better)
+    assert said.endswith("; the two steps are better for another reason.")
+    assert belief_text(told, same) == belief_text(told)
+    # where deformation speaks for the two steps as well, that is the reason
+    left = deformation_facts(examined_with(detected=True))
+    assert belief_text(left, better) == belief_text(left)
+
+
 def test_the_table_says_sizes_and_what_was_done():
     shown = section(deformation_facts(examined_with(detected=True, modelled=True)))
     assert [row[0] for row in shown.rows] == ["high flight", "low flight"]

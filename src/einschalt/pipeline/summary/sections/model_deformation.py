@@ -2,6 +2,7 @@
 
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import fixed, length, lengths
+from einschalt.pipeline.assessment.choice import TWO_STEP
 from einschalt.pipeline.assessment.facts.model_deformation import Belief
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import flight_name, probability
@@ -55,10 +56,29 @@ BELIEFS = mark_each(
         ),
     }
 )
+# where something else than deformation speaks for the two steps, as the verdict says
+BESIDE_BETTER_TWO_STEPS = mark_each(
+    {
+        Belief.DEFORMATION_MODELLED: (
+            "The deformation is modelled, and the remaining residuals show no pattern; "
+            "the two steps are better for another reason."
+        ),
+        Belief.OWN_DEFORMATIONS_MODELLED: (
+            "The adjustment models the deformation of each model, and its standard "
+            "errors include it; the two steps are better for another reason."
+        ),
+        Belief.NO_DEFORMATION: (
+            "No deformation was found; the two steps are better for another reason."
+        ),
+    }
+)
 
 
-def section(facts) -> Section:
-    """Set what was tested and modelled of the deformations that models share."""
+def section(facts, better=None) -> Section:
+    """Set what was tested and modelled of the deformations that models share.
+
+    ``better``: the choice of the method that the verdict names as the better one.
+    """
     if facts is None or _is_spatial(facts):
         return NO_SECTION
     flights = facts.flights
@@ -79,7 +99,7 @@ def section(facts) -> Section:
         *("", "p", translated("in the middle"), translated("at the edge")),
         *(translated("in the adjustment"), translated("correlation")),
     )
-    remarks = (translated(ALIKE), belief_text(facts))
+    remarks = (translated(ALIKE), belief_text(facts, better))
     return Section(title, header, tuple(rows), remarks)
 
 
@@ -88,7 +108,7 @@ def _is_spatial(facts):
     return not facts.is_shared_tested
 
 
-def own_section(facts) -> Section:
+def own_section(facts, better=None) -> Section:
     """Set what each model is deformed by for itself, where that shows."""
     if facts is None or not (facts.is_own_detected or _is_spatial(facts)):
         return NO_SECTION
@@ -103,17 +123,23 @@ def own_section(facts) -> Section:
         remark = NO_OWN
     remarks = [translated(remark, p=probability(facts.own_p_value))]
     if _is_spatial(facts):
-        remarks.append(belief_text(facts))
+        remarks.append(belief_text(facts, better))
     title = translated("Deformation of each single model (RMS at its edge)")
     return Section(title, header, tuple(zip(*columns, strict=True)), tuple(remarks))
 
 
-def belief_text(facts) -> str:
-    """Say which of the two methods to use for this block, and why."""
+def belief_text(facts, better=None) -> str:
+    """Say which of the two methods to use for this block, and why.
+
+    Not against the verdict, which may know another one to be ``better``.
+    """
     if facts.belief in CHECKED:
         return translated(
             CHECKED[facts.belief],
             simultaneous=length(facts.check_rms_simultaneous),
             two_steps=length(facts.check_rms_two_steps),
         )
-    return translated(BELIEFS[facts.belief])
+    words = BELIEFS
+    if better is not None and better.method == TWO_STEP:
+        words = BELIEFS | BESIDE_BETTER_TWO_STEPS
+    return translated(words[facts.belief])

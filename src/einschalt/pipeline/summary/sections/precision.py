@@ -166,6 +166,10 @@ HEIGHT_PRECISION_OF_MODELS = mark(
     "Heights of the new points: {length} (propagated, RMS; errors of measured heights "
     "from the differences of the models)."
 )
+HEIGHTS_REFUTED = mark(
+    "The measurements contradict the propagated figure of the heights: use the one of "
+    "the first line."
+)
 MEASURED_HEIGHTS = mark(
     "Measured heights (standard errors estimated from the residuals): {sizes}."
 )
@@ -217,17 +221,19 @@ UNTRIED = mark(
 )
 
 
-def section(facts, credible, *, is_untried=False) -> Section:
-    """Set the figures of the new points."""
+def section(facts, credible, heights=None, *, is_untried=False) -> Section:
+    """Set the figures of the new points; ``heights`` is what theirs are to believe."""
     header, rows = table(facts)
     told = (*_belief(facts, credible), caution(facts), *remarks(facts))
+    told += _refuted(facts, heights)
     told += (translated(UNTRIED),) if is_untried else ()
     return Section(translated(TITLE), header, rows if facts.n_new else (), told)
 
 
-def all_remarks(facts, credible, *, is_untried=False) -> tuple[str, ...]:
+def all_remarks(facts, credible, heights=None, *, is_untried=False) -> tuple[str, ...]:
     """Say which figure to believe, and what each means, the kind of error included."""
     told = (*_belief(facts, credible), translated(TOTAL), *remarks(facts))
+    told += _refuted(facts, heights)
     told += (translated(UNTRIED),) if is_untried else ()
     return tuple(dict.fromkeys(told))
 
@@ -242,6 +248,14 @@ def _belief(facts, credible):
 def what_to_believe(credible) -> str:
     """Say in one sentence which of the figures to believe, and why they differ."""
     return translated(BELIEVE.get(credible.reason, BELIEVE_NEITHER))
+
+
+def _refuted(facts, heights):
+    """Say that the heights are worse than their propagated figure, where they are."""
+    is_told = facts.heights is not None and not math.isnan(facts.heights.total)
+    if not (is_told and heights is not None and heights.is_lower_bound):
+        return ()
+    return (translated(HEIGHTS_REFUTED),)
 
 
 @singledispatch
