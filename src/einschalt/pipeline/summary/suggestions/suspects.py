@@ -23,8 +23,8 @@ REMEDIES = mark_each(
         ),
         "check_control": "Check the coordinates and names",
         "check_all_control": (
-            "Check the coordinates of these points and of the control around them, and "
-            "rely on check points until then"
+            "Check the coordinates of these points and of the control around them; "
+            "until then only check points tell how good the new points are"
         ),
         "check_control_or_snoop": (
             'Check the coordinates and names, or set outliers = "snoop"'
