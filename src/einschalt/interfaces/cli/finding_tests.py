@@ -105,7 +105,8 @@ TESTS = mark_each(
             "The correction that the adjustment gives to each control point, against "
             "its standard error; of several points, whether they are off in one "
             "direction, as independent errors are not, and whether they are more than "
-            "two fifths of the control."
+            "two fifths of the control, or with heights that stand out more than a "
+            "quarter of it."
         ),
         "control_that_contradicts": (
             "Each control point is predicted without itself; the difference is "

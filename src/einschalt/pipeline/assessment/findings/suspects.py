@@ -7,6 +7,7 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.evidence.control.suspect_control import (
     are_alike_in_height,
+    are_many_in_height,
     are_many_set_aside,
     are_set_aside_alike,
 )
@@ -219,7 +220,8 @@ def control_against_block(adjusted):
             "n_control": len(control),
             "are_alike": may_be_right
             and (are_set_aside_alike(control) or are_alike_in_height(control)),
-            "are_many": may_be_right and are_many_set_aside(control),
+            "are_many": may_be_right
+            and (are_many_set_aside(control) or are_many_in_height(control)),
         },
         **told,
     )

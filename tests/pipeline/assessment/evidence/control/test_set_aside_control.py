@@ -10,7 +10,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.geometry import BlockGeometry
-from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 SPACE = BlockGeometry(
     width=3000.0, height=3000.0, n_check=0, transformation="helmert_3d"
@@ -116,3 +116,22 @@ def test_heights_that_all_control_parts_in_two_are_in_doubt_beside_those_set_asi
     heights = examined.credible_heights
     assert heights.is_lower_bound
     assert 0.5 < heights.value / height < 2.0
+
+
+def test_heights_of_two_lists_may_be_mistaken_for_each_other():
+    """Three wrong ones and two right ones went: 12 cm were told where 70 are true."""
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d", n_check=0)
+    block = simulate_block("demo", seed=3, geometry=geometry)
+    wrong = {"1008", "1018", "1050", "1060", "1088"}
+    is_wrong = block.control_points["point_id"].isin(wrong)
+    errors = np.tile([0.0, 0.0, 2.0], (len(wrong), 1))
+    result = densify(with_errors(block, np.flatnonzero(is_wrong), errors), SNOOP)
+    control = result.solution.adjustment.control
+    set_aside = set(control.loc[control["is_set_aside"], "point_id"])
+    assert set_aside - wrong
+    assert wrong - set_aside
+    judged, (_, height) = result.assessment, true_errors(result)
+    found = next(f for f in judged.findings if f.code == "control_set_aside")
+    assert found.facts["are_many"]
+    assert judged.credible_heights.is_lower_bound
+    assert 0.5 < judged.credible_heights.value / height < 2.0

@@ -39,6 +39,9 @@ FEWEST = 2
 # share of control: data snooping is made for single errors, and where more is refused
 # the others need not be the right ones
 MOST_SET_ASIDE = 0.4
+# the same of points with heights that stand out: several wrong ones are rather those of
+# another list, of which snooping takes out whatever hangs on least
+MOST_IN_HEIGHT, FEWEST_IN_HEIGHT = 0.25, 3
 FEWEST_CONFIRMING = 4  # check points
 STANDS_OUT = 2.0  # times the heights of control that is kept, RMS
 
@@ -59,9 +62,7 @@ def set_aside_may_be_right(examined) -> bool:
     control, known = examined.adjustment.control, examined.known_check
     is_confirmed = known.count >= FEWEST_CONFIRMING and not known.are_beyond
     in_plan = are_set_aside_alike(control) or are_many_set_aside(control)
-    in_height = are_alike_in_height(control) or (
-        are_many_set_aside(control) and stand_out_in_height(control)
-    )
+    in_height = are_alike_in_height(control) or are_many_in_height(control)
     return (in_plan and not is_confirmed) or (
         in_height and not _is_confirmed_in_height(examined)
     )
@@ -118,6 +119,13 @@ def are_many_set_aside(control) -> bool:
     return bool(np.count_nonzero(is_out) > MOST_SET_ASIDE * len(is_out))
 
 
+def are_many_in_height(control) -> bool:
+    """Tell whether heights of what was set aside stand out, and those are not few."""
+    n_out = np.count_nonzero(control["is_set_aside"])
+    is_more = n_out >= FEWEST_IN_HEIGHT and n_out > MOST_IN_HEIGHT * len(control)
+    return (is_more or are_many_set_aside(control)) and stand_out_in_height(control)
+
+
 def are_set_aside_alike(control) -> bool:
     """Tell whether strains are more parallel than independent errors would be.
 
@@ -165,7 +173,8 @@ class SuspectControl:
         moved = moved_between_ways(self, self.two_step)
         if not self.set_aside_may_be_right:
             return moved
-        return replace(moved, height=max(moved.height, self._set_aside_in_height))
+        in_height = self._share_in_doubt * self._set_aside_in_height
+        return replace(moved, height=max(moved.height, in_height))
 
     moved_by_suspect_control = cached_property(moved_by_suspect_control)
 
@@ -295,6 +304,18 @@ class SuspectControl:
             return 0.0
         strain = control.loc[control["is_set_aside"], "strain_height"]
         return float(np.sqrt(np.nanmean(strain**2)))
+
+    @property
+    def _share_in_doubt(self):
+        """Share of what was set aside that the points may be off by, in height.
+
+        All of it where the wrong part may have been kept; the share of that control
+        where some of it may have been mistaken for the wrong one.
+        """
+        control = self.adjustment.control
+        if are_alike_in_height(control) or are_many_set_aside(control):
+            return 1.0
+        return len(self._set_aside) / len(control)
 
     @cached_property
     def _set_aside(self):
