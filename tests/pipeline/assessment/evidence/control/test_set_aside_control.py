@@ -135,3 +135,17 @@ def test_heights_of_two_lists_may_be_mistaken_for_each_other():
     assert found.facts["are_many"]
     assert judged.credible_heights.is_lower_bound
     assert 0.5 < judged.credible_heights.value / height < 2.0
+
+
+def test_two_steps_that_know_themselves_wrong_say_nothing_of_an_adjustment():
+    """They lay 10 m away in plan, and were told as far off; 0.5 m are true."""
+    block = one_flight(4, 12)
+    n_given = len(block.control_points)
+    rows = np.random.default_rng(28).choice(n_given, round(0.4 * n_given), False)
+    errors = np.tile([0.0, 0.0, 20.0], (len(rows), 1))
+    result = densify(with_errors(block, rows, errors), SNOOP)
+    examined, (plan, _) = result.examination, true_errors(result)
+    assert examined.set_aside_may_be_right
+    assert examined.two_step.credible.value > 10.0 * plan
+    assert examined.credible.is_lower_bound
+    assert 0.5 < examined.credible.value / plan < 2.0

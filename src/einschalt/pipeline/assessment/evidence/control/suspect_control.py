@@ -17,6 +17,7 @@ from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
+    Displacement,
     moved_between_ways,
     moved_by_suspect_control,
 )
@@ -157,6 +158,11 @@ def _chance_of_arc(direction, period):
     return min(n * share ** (n - 1), 1.0) if share <= 0.5 else 1.0
 
 
+def _is_explained_by(told, size):
+    """Whether a figure that is told is as large as a distance of the points."""
+    return told is not None and told.value >= size > 0.0
+
+
 class SuspectControl:
     """What an adjustment makes of control that contradicts it, taking part or not."""
 
@@ -166,15 +172,21 @@ class SuspectControl:
 
         Nothing where one control point contradicts it, which the two steps hold as
         well; where several do, they may be right, and the heights as far off as
-        theirs are.
+        theirs are. Two steps that are told to be as far off as that say nothing of it:
+        then the points may be so in plan as those that were set aside are.
         """
         if len(self._suspect_control) == 1:
             return NOTHING
         moved = moved_between_ways(self, self.two_step)
         if not self.set_aside_may_be_right:
             return moved
-        in_height = self._share_in_doubt * self._set_aside_in_height
-        return replace(moved, height=max(moved.height, in_height))
+        in_plan, in_height = self._set_aside_off_by
+        plan, height = moved.plan, moved.height
+        if _is_explained_by(self.two_step.credible, plan):
+            plan = min(plan, in_plan)
+        if _is_explained_by(self.two_step.credible_heights, height):
+            height = 0.0
+        return Displacement(plan, max(height, self._share_in_doubt * in_height))
 
     moved_by_suspect_control = cached_property(moved_by_suspect_control)
 
@@ -297,13 +309,15 @@ class SuspectControl:
         return frozenset() if self._without_set_aside else self._set_aside
 
     @property
-    def _set_aside_in_height(self):
-        """How far control that was set aside is off in height, RMS [m]; 0 without."""
+    def _set_aside_off_by(self):
+        """How far control that was set aside is off, TOTAL and in height, RMS [m]."""
         control = self.adjustment.control
-        if "strain_height" not in control:
-            return 0.0
-        strain = control.loc[control["is_set_aside"], "strain_height"]
-        return float(np.sqrt(np.nanmean(strain**2)))
+        out = control[control["is_set_aside"]]
+        in_plan = values_of(out, ["strain_easting", "strain_northing"])
+        squares = [np.nanmean((in_plan**2).sum(axis=1))]
+        if "strain_height" in out:
+            squares.append(np.nanmean(out["strain_height"] ** 2))
+        return float(np.sqrt(squares[0])), float(np.sqrt([*squares, 0.0][1]))
 
     @property
     def _share_in_doubt(self):
