@@ -1,5 +1,7 @@
 """What a cause explains is told with it, and what it does not explain beside it."""
 
+from dataclasses import replace
+
 import pytest
 
 from einschalt.pipeline.assessment.causes import (
@@ -19,6 +21,7 @@ EXCHANGE = ExchangedNames(
     coverage="2",
     model_id="2/4",
     points=("1048", "1050"),
+    measured_as=("1050", "1048"),
     apart=568.5,
     m_0=197.6,
     m_0_exchanged=0.094,
@@ -101,6 +104,34 @@ def test_the_words_name_the_pair_first_and_the_consequences_once(faulty_result):
     assert consequences.startswith(f"{n_explained} further findings may follow")
     assert len(others) == len(findings) - 1 - n_explained
     assert not any("1050" in str(other) for other in others)
+
+
+@pytest.mark.parametrize(
+    ("points", "is_slip", "words"),
+    [
+        (
+            ("1", "2", "3"),
+            False,
+            "1 measured as 2, 2 measured as 3, 3 measured as 1 in",
+        ),
+        (
+            ("1", "2", "3"),
+            True,
+            "the names of 3 points from 1 to 3 in low flight model",
+        ),
+    ],
+)
+def test_more_than_two_names_are_told_as_they_were_mixed(points, is_slip, words):
+    exchange = replace(
+        EXCHANGE,
+        points=points,
+        measured_as=(*points[1:], points[0]),
+        is_slip=is_slip,
+    )
+    (cause,) = with_causes((), [exchange], is_coupled=False)
+    assert cause.names == points
+    (told,) = suggestions_of([cause])
+    assert told.problem.startswith(f"Exchanged names: {words}")
 
 
 def test_the_cause_that_explains_most_comes_first():

@@ -348,8 +348,14 @@ FACTS = Part(
                 "wrong instead"
             ),
         ),
-        "n_exchanges": ("", "number of pairs of exchanged names"),
-        "exchanges": ("", "pairs of exchanged names, the worst first, at most 100"),
+        "n_exchanges": (
+            "",
+            "number of models with exchanged names; of photographs, number of pairs",
+        ),
+        "exchanges": (
+            "",
+            "models, or pairs in photographs, the worst first, at most 100",
+        ),
         "takes_part": (
             "",
             "whether one of the exchanged pairs takes part in the computation",

@@ -166,8 +166,18 @@ FACT_EXCHANGES = Part(
         "flight": FLIGHT,
         "coverage": ("", "coverage of the model in which the names are exchanged"),
         "model_id": ("", "model in which the names are exchanged"),
-        "points": ("", "the two names"),
-        "apart": ("m", "distance of the two points; null if one has no coordinates"),
+        "points": ("", "names of these points, mostly two, at most 100"),
+        "measured_as": ("", "name under which each of them was measured"),
+        "n_points": ("", "number of these points"),
+        "last": ("", "last of these points in the model"),
+        "is_slip": ("", "whether the names of successive rows have slipped by one"),
+        "apart": (
+            "m",
+            (
+                "largest distance of a point from the one whose name it has; null if "
+                "one of them has no coordinates"
+            ),
+        ),
         "m_0": ("m", "m_0 of the model as measured, TOTAL"),
         "m_0_exchanged": ("m", "m_0 of the model with the names put right, TOTAL"),
         "is_everywhere": (

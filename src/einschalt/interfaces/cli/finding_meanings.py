@@ -6,7 +6,7 @@ from einschalt.foundations.language import mark_each
 MEANINGS = mark_each(
     {
         "exchanged_names": (
-            "Pairs of points that were measured under each other's name."
+            "Points of a model that were measured under each other's name."
         ),
         "exchanged_image_names": (
             "Two points of a photograph that were measured under each other's name."
@@ -226,7 +226,8 @@ MEANINGS = mark_each(
 CAUSES = mark_each(
     {
         "exchanged_names": (
-            "Two points of a model were measured under each other's name."
+            "Names of a model were exchanged in pairs, went round, or slipped by one "
+            "row."
         ),
         "exchanged_image_names": (
             "Names were exchanged while the photograph was measured, or in its file."

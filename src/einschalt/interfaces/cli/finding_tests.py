@@ -6,7 +6,8 @@ TESTS = mark_each(
     {
         "exchanged_names": (
             "Whether m_0 of a model that fits badly becomes usual when the names of "
-            "two of its points are exchanged."
+            "two of its points are exchanged, when those of successive rows move by "
+            "one row, or after two or three exchanges."
         ),
         "exchanged_image_names": (
             "Each model with a bad relative orientation is oriented again for every "

@@ -250,7 +250,7 @@ def _exchanged_names(exchanges, explained):
     worst = exchanges[0]
     return finding(
         "exchanged_names",
-        names=worst.points,
+        names=worst.points[:MOST_NAMED],
         statistic="m_0 of the model, as measured and with the names put right",
         observed=worst.m_0,
         expected=worst.m_0_exchanged,
@@ -268,4 +268,7 @@ def _exchanged_names(exchanges, explained):
 def _facts(exchange):
     facts = asdict(exchange)
     del facts["model_points"]  # which may be many
-    return facts
+    n_points = len(exchange.points)
+    for name in ("points", "measured_as"):
+        facts[name] = facts[name][:MOST_NAMED]
+    return {**facts, "n_points": n_points, "last": exchange.points[-1]}

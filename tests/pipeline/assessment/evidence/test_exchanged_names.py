@@ -163,6 +163,62 @@ def test_what_names_in_one_model_do_is_told(flight, kind, method):
     assert set(follow) == {"exchanged_names"}
 
 
+def mixed(block, flight, way, seed):
+    """The block, names of one model mixed in a way, and those that are wrong then."""
+    (coverage, model_id), _ = some_model(block, flight, np.random.default_rng(seed))
+    measured = getattr(block, flight)
+    points = measured.model_points.copy()
+    is_its = (points["coverage"] == coverage) & (points["model_id"] == model_id)
+    rows = points.index[is_its]
+    if way != "slip":
+        control = block.control_points.query("role == 'control'")["point_id"]
+        is_tried = points.loc[rows, "point_id"].isin(control) | (flight == "low_flight")
+        rows = rows[is_tried][:4] if way == "two pairs" else rows[is_tried][1:4]
+    names = points.loc[rows, "point_id"].to_numpy()
+    order = [1, 0, 3, 2] if way == "two pairs" else np.roll(np.arange(len(names)), 1)
+    points.loc[rows, "point_id"] = names[order]
+    wrong = replace(block, **{flight: replace(measured, model_points=points)})
+    return wrong, dict(zip(names, names[order], strict=True))
+
+
+@pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
+@pytest.mark.parametrize("way", ["two pairs", "round", "slip"])
+def test_more_names_than_a_pair_are_put_right(demo_block, flight, way):
+    """0.9 to 16 times the true error was told, and gross errors as the cause."""
+    block, measured_as = mixed(demo_block, flight, way, seed=4)
+    result = densify(block, block.settings.updated({"outliers": "keep"}))
+    (exchange,) = result.examination.exchanged_names
+    found = zip(exchange.points, exchange.measured_as, strict=True)
+    assert dict(found) == measured_as
+    assert exchange.is_slip == (way == "slip")
+    told, true = result.assessment.credible, true_error(result)
+    assert told.reason is Reason.EXCHANGED_NAMES
+    assert true > 1.0
+    assert told.value == pytest.approx(true, rel=0.01)
+    first, *others = result.assessment.findings
+    assert first.code == "exchanged_names"
+    assert set(first.names) == set(measured_as)
+    grave = [found for found in others if found.gravity is Gravity.GRAVE]
+    assert {found.explained_by for found in grave} == {"exchanged_names"}
+
+
+@pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
+def test_a_point_that_is_off_is_no_mixture_of_names(demo_block, flight):
+    measured = getattr(demo_block, flight)
+    points, kind = measured.model_points.copy(), measured.transformation
+    control = demo_block.control_points.query("role == 'control'")
+    is_known = points["point_id"].isin(control["point_id"])
+    points.loc[points.index[is_known][1], ["x", "y"]] += 8.0
+    block = replace(demo_block, **{flight: replace(measured, model_points=points)})
+    solution = densify(
+        block, demo_block.settings.updated({"outliers": "keep"})
+    ).solution
+    fits = solution.first_models(flight)
+    assert kind == "affine"
+    assert fits["m_0"].max() > 20.0 * fits["m_0"].median()  # it is looked at
+    assert find_exchanged_names(solution) == ()
+
+
 def test_names_that_were_taken_out_move_nothing():
     settings = Settings(method="simultaneous", outliers="snoop")
     result, _ = exchanged_in("high_flight", "affine", settings)

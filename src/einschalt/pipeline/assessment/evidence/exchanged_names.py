@@ -1,4 +1,4 @@
-"""Two points of a model that were measured under each other's name.
+"""Points of a model that were measured under each other's name, mostly two.
 
 Two exchanged names spoil all residuals of their model, the coverage differences of its
 points and every figure of the block. So each model that fits badly, or has a suspect,
@@ -22,6 +22,10 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     moved_beyond_chance,
 )
+from einschalt.pipeline.assessment.evidence.names.names_in_a_model import (
+    OneModel,
+    right_order,
+)
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MODEL = ["coverage", "model_id"]
@@ -33,6 +37,7 @@ LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 MOST_POINTS = 6
 MOST_MODELS = 200
 MOST_ROWS = 1_000_000  # of the trials that are transformed together
+MOST_SEARCHED = 10  # models of a flight, for more than a pair
 # of the models without suspects: what an exchanged model must come down to
 LARGE_M_0 = 3.0
 # and by how much it must improve, so that no chance improvement counts
@@ -41,13 +46,16 @@ LEAST_IMPROVEMENT = 5.0
 
 @dataclass(frozen=True)
 class ExchangedNames:
-    """A pair of points that were measured under each other's name in a model."""
+    """Points that were measured under each other's name in a model, mostly two."""
 
     flight: str
     coverage: str
     model_id: str
-    points: tuple[str, str]  # the two names
-    apart: float  # distance of the two points [m]; NaN where one has no coordinates
+    points: tuple[str, ...]  # their names
+    measured_as: tuple[str, ...]  # the name under which each of them was measured
+    # largest distance of a point from the one whose name it has [m]; NaN where one of
+    # them has no coordinates
+    apart: float
     # of the model as it was measured, and with the names put right, TOTAL [m]
     m_0: float
     m_0_exchanged: float
@@ -55,12 +63,14 @@ class ExchangedNames:
     # whether all models of the flight that hold both points have them exchanged, and
     # several do: then they may be exchanged in what these models are fitted onto
     is_everywhere: bool = False
+    is_slip: bool = False  # names of rows one after the other, by one row
 
 
 def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
     """Look for exchanged names in all models that fit badly, or have a suspect.
 
-    At most one pair of a model, the pair that is farthest apart first.
+    At most one mistake in a model: a pair; names that have slipped by one row; two or
+    three exchanges one after the other. What is farthest apart first.
     """
     found = [
         exchange
@@ -114,8 +124,8 @@ def _put_right(measured, exchanges):
         is_in_model = (points["coverage"] == exchange.coverage).to_numpy() & (
             points["model_id"] == exchange.model_id
         ).to_numpy()
-        one, other = (is_in_model & (names == name) for name in exchange.points)
-        names[one], names[other] = exchange.points[::-1]
+        right = dict(zip(exchange.measured_as, exchange.points, strict=True))
+        names[is_in_model] = [right.get(name, name) for name in names[is_in_model]]
     return replace(measured, model_points=measured.model_points.assign(point_id=names))
 
 
@@ -155,10 +165,12 @@ def _in_flight(solution, name, kind):
     known = pd.concat([ground, solution.points])
     place = known.drop_duplicates("point_id").set_index("point_id")
     place = columns_of(place, ("easting", "northing"))
-    return [
-        _exchange(name, trials.named(k), (before[k], after[k]), place, measured)
-        for k in best[is_found]
+    search = _Search(solution, name, kind, measured, ground, place, usual)
+    found = [
+        search.exchange(trials.named(k), (before[k], after[k])) for k in best[is_found]
     ]
+    left = trials.models_without(best[is_found], before, LARGE_M_0 * usual)
+    return [*found, *search.beyond_pairs(left)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +227,21 @@ class _Trials:
         return order[np.sort(first)]
 
     def named(self, trial):
-        """Coverage, model_id and the pair of a trial."""
-        model = self.model[trial]
-        return self.models.first[model], self.models.second[model], self.pairs[trial]
+        """Coverage, model_id, the pair of a trial, and what each was measured as."""
+        model, pair = self.model[trial], self.pairs[trial]
+        return self.models.first[model], self.models.second[model], pair, pair[::-1]
+
+    def models_without(self, found, m_0, limit):
+        """Coverage, model_id and m_0 of models that fit badly, the worst first.
+
+        Without those of trials that were ``found``, at most ``MOST_SEARCHED``; ``m_0``
+        of each trial's model as it was measured, ``limit`` what is not bad [m].
+        """
+        trial = np.unique(self.model, return_index=True)[1]
+        trial = trial[~np.isin(self.model[trial], self.model[found])]
+        trial = trial[m_0[trial] > limit]
+        trial = trial[np.argsort(-m_0[trial], kind="stable")][:MOST_SEARCHED]
+        return [(*self.named(k)[:2], m_0[k]) for k in trial]
 
 
 def _variants(points, parts, model, pairs):
@@ -331,18 +355,71 @@ def _usual_m_0(solution, name, worst):
     return float((good if good.notna().any() else models["m_0"]).median())
 
 
-def _exchange(name, named, m_0, place, measured):
-    coverage, model_id, pair = named
-    is_in_model = (measured["coverage"] == coverage) & (
-        measured["model_id"] == model_id
-    )
-    return ExchangedNames(
-        flight=name,
-        coverage=coverage,
-        model_id=model_id,
-        points=tuple(pair),
-        apart=float(np.hypot(*np.diff(place.reindex(pair).to_numpy(), axis=0)[0])),
-        m_0=float(m_0[0]),
-        m_0_exchanged=float(m_0[1]),
-        model_points=tuple(measured.loc[is_in_model, "point_id"]),
-    )
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What is known of a flight where names of its models are exchanged."""
+
+    solution: object
+    flight: str
+    kind: str  # of the transformation
+    measured: pd.DataFrame
+    ground: pd.DataFrame  # what its models are fitted onto
+    place: pd.DataFrame  # coordinates of points, by their names
+    usual: float  # m_0 of its models [m]
+
+    def exchange(self, named, m_0, is_slip=False):
+        """What was found in a model: ``named`` with points, and as what measured."""
+        coverage, model_id, points, measured_as = named
+        here, there = (
+            self.place.reindex(names).to_numpy() for names in (points, measured_as)
+        )
+        return ExchangedNames(
+            flight=self.flight,
+            coverage=coverage,
+            model_id=model_id,
+            points=tuple(points),
+            measured_as=tuple(measured_as),
+            apart=float(np.hypot(*(there - here).T).max()),
+            m_0=float(m_0[0]),
+            m_0_exchanged=float(m_0[1]),
+            model_points=tuple(self._of_model(coverage, model_id)["point_id"]),
+            is_slip=is_slip,
+        )
+
+    def beyond_pairs(self, models):
+        """What more than one exchange mends, of models as (coverage, model_id, m_0)."""
+        if not models:
+            return []
+        others = self._by_other_models([model[:2] for model in models])
+        found = (self._beyond_a_pair(*model, others) for model in models)
+        return [exchange for exchange in found if exchange is not None]
+
+    def _beyond_a_pair(self, coverage, model_id, m_0, others):
+        points = self._of_model(coverage, model_id)
+        if points["point_id"].duplicated().any():  # whose rows tell of no order
+            return None
+        model = OneModel(points, self.ground, others, self.kind)
+        found = right_order(model, LARGE_M_0 * self.usual)
+        if found is None:
+            return None
+        moved = np.flatnonzero(found.order != np.arange(len(points)))
+        named = (model.names[found.order[moved]], model.names[moved])
+        return self.exchange(
+            (coverage, model_id, *named), (m_0, found.m_0), found.is_slip
+        )
+
+    def _of_model(self, coverage, model_id):
+        is_its = (self.measured["coverage"] == coverage) & (
+            self.measured["model_id"] == model_id
+        )
+        return self.measured[is_its]
+
+    def _by_other_models(self, bad):
+        """Where models of the flight that are not bad have points without ground."""
+        values = tables.with_coverage(self.solution.first_fit(self.flight).own_values)
+        bad = pd.DataFrame(bad, columns=MODEL)
+        is_open = ~is_among(values["point_id"], self.ground["point_id"])
+        is_open &= ~rows_among(values, bad, MODEL)
+        axes = _ground_columns(values)
+        values = values.loc[is_open & values["easting"].notna().to_numpy(), axes]
+        return values.groupby("point_id", sort=False).median().reset_index()

@@ -50,6 +50,16 @@ EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
     "corrected its m_0 is {m_0_exchanged} instead of {m_0}"
 )
+MIXED = mark(
+    "{names} in {flight} model {model}, coverage {coverage}: with the names corrected "
+    "its m_0 is {m_0_exchanged} instead of {m_0}"
+)
+MEASURED_AS = mark("{name} measured as {other}")
+SLIP = mark(
+    "the names of {n:point|points} from {one} to {other} in {flight} model {model}, "
+    "coverage {coverage}, have slipped by one row: with the names corrected its m_0 is "
+    "{m_0_exchanged} instead of {m_0}"
+)
 IN_PHOTOGRAPH = mark(
     "{one} and {other} in photograph {image} of the {flight}: with the names corrected "
     "sigma_0 of model {model} is {after} instead of {before}"
@@ -59,6 +69,8 @@ IN_PHOTOGRAPH_OF_NO_MODEL = mark(
     "sigma_0 of model {model} is {after}; as measured its relative orientation does "
     "not converge"
 )
+FURTHER_MODELS = mark("and {n:further model|further models}")
+FURTHER_PAIRS = mark("and {n:further pair|further pairs}")
 EXPLAINED = mark(
     "{n:further finding|further findings} may follow from it: {findings}. Other faults "
     "may hide behind it until it is corrected."
@@ -66,21 +78,21 @@ EXPLAINED = mark(
 
 
 def exchanged_names(finding):
-    """Pairs of points that were measured under each other's name."""
-    return _exchanges(finding, _exchange)
+    """Models of which points were measured under each other's name."""
+    return _exchanges(finding, _exchange, FURTHER_MODELS)
 
 
 def exchanged_image_names(finding):
     """Pairs of points under each other's name in a photograph."""
-    return _exchanges(finding, _in_photograph)
+    return _exchanges(finding, _in_photograph, FURTHER_PAIRS)
 
 
-def _exchanges(finding, told):
-    """Pairs of names, each as ``told`` words it, and what may follow from them."""
+def _exchanges(finding, told, further):
+    """Exchanged names, each as ``told`` words it, and what may follow from them."""
     shown = [told(exchange) for exchange in finding.facts["exchanges"][:MOST_SHOWN]]
     n_more = finding.facts["n_exchanges"] - len(shown)
     if n_more > 0:
-        shown.append(translated("and {n:further pair|further pairs}", n=n_more))
+        shown.append(translated(further, n=n_more))
     return Suggestion(
         translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
         translated(REMEDIES[finding.remedy]),
@@ -129,17 +141,34 @@ def other_targets(finding):
 
 
 def _exchange(facts):
-    one, other = all_shortened(facts["points"])
+    """A pair, names that have slipped, or names each with that of another point."""
+    n_points, words = facts["n_points"], EXCHANGE
+    one, *_, other = all_shortened((*facts["points"], facts["last"]))
+    named = {"one": one, "other": other}
+    if facts["is_slip"]:
+        words, named = SLIP, {"n": n_points, **named}
+    elif n_points > len(("one", "other")):
+        words, named = MIXED, {"names": _each_as_measured(facts)}
     return translated(
-        EXCHANGE,
-        one=one,
-        other=other,
+        words,
+        **named,
         flight=flight_name(facts["flight"]),
         model=shortened(facts["model_id"]),
         coverage=facts["coverage"],
         m_0_exchanged=length(facts["m_0_exchanged"]),
         m_0=length(facts["m_0"]),
     )
+
+
+def _each_as_measured(facts):
+    """Points, each with the name under which it was measured."""
+    points = all_shortened(facts["points"])
+    measured_as = all_shortened(facts["measured_as"])
+    shown = [
+        translated(MEASURED_AS, name=name, other=other)
+        for name, other in zip(points, measured_as, strict=True)
+    ]
+    return ", ".join(shown)
 
 
 def explained(codes):

@@ -1,0 +1,1 @@
+"""What is measured under names of other points, beyond a pair in one model."""
