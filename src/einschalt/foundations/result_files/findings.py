@@ -178,6 +178,14 @@ FACT_EXCHANGES = Part(
                 "one of them has no coordinates"
             ),
         ),
+        "is_by_other_flight": (
+            "",
+            (
+                "whether the other flight shows it, and not the fit of the model: "
+                "then both m_0 are the distance of the two points from where that "
+                "flight has them, RMS"
+            ),
+        ),
         "m_0": ("m", "m_0 of the model as measured, TOTAL"),
         "m_0_exchanged": ("m", "m_0 of the model with the names put right, TOTAL"),
         "is_everywhere": (

@@ -7,7 +7,8 @@ TESTS = mark_each(
         "exchanged_names": (
             "Whether m_0 of a model that fits badly becomes usual when the names of "
             "two of its points are exchanged, when those of successive rows move by "
-            "one row, or after two or three exchanges."
+            "one row, or after two or three exchanges. And whether both flights have "
+            "two points at each other's place."
         ),
         "exchanged_image_names": (
             "Each model with a bad relative orientation is oriented again for every "

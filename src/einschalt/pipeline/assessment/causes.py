@@ -251,7 +251,10 @@ def _exchanged_names(exchanges, explained):
     return finding(
         "exchanged_names",
         names=worst.points[:MOST_NAMED],
-        statistic="m_0 of the model, as measured and with the names put right",
+        statistic="distance from where the other flight has the two points, as "
+        "measured and with the names put right"
+        if worst.is_by_other_flight
+        else "m_0 of the model, as measured and with the names put right",
         observed=worst.m_0,
         expected=worst.m_0_exchanged,
         remedy="compare_names_of_both_flights"

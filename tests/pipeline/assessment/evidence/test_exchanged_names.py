@@ -8,11 +8,11 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline.assessment.credibility import Reason
-from einschalt.pipeline.assessment.evidence import exchanged_names
 from einschalt.pipeline.assessment.evidence.exchanged_names import (
     find_exchanged_names,
     put_measured_names_right,
 )
+from einschalt.pipeline.assessment.evidence.names import exchange_trials
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -102,12 +102,12 @@ def test_trials_part_by_part_find_the_same(demo_block, monkeypatch):
     model, pair = some_model(demo_block, "low_flight", np.random.default_rng(7))
     solution = densify(with_exchange(demo_block, "low_flight", model, pair)).solution
     whole = find_exchanged_names(solution)
-    monkeypatch.setattr(exchanged_names, "MOST_ROWS", 1)  # each trial by itself
+    monkeypatch.setattr(exchange_trials, "MOST_ROWS", 1)  # each trial by itself
     assert find_exchanged_names(solution) == whole != ()
 
 
 def test_a_model_of_which_nothing_is_known_disturbs_no_other():
-    trials = exchanged_names._Trials.of(
+    trials = exchange_trials.Trials.of(
         pd.DataFrame(
             {"coverage": "1", "model_id": ["a", "a", "b"], "point_id": ["1", "2", "9"]}
         )
@@ -236,3 +236,53 @@ def test_names_of_photographs_are_not_put_right_behind_their_orientation():
     exchange = SimpleNamespace(flight="low_flight")
     vars(examined)["exchanged_names"] = (exchange,)
     assert put_measured_names_right(examined) is None
+
+
+def crossed(block, flight, pair):
+    """A pair exchanged in all models of a flight that hold both, and their number."""
+    measured = getattr(block, flight)
+    points = measured.model_points.copy()
+    held = points[points["point_id"].isin(pair)].groupby(["coverage", "model_id"])
+    models = [model for model, rows in held if len(rows) == 2]
+    for model in models:
+        block = with_exchange(block, flight, model, pair)
+    return block, len(models)
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+@pytest.mark.parametrize(
+    ("seed", "pair"), [(1, ("1032", "1046")), (2, ("1042", "1053"))]
+)
+def test_new_points_exchanged_in_the_high_flight_are_put_right_there(
+    seed, pair, outliers
+):
+    """95 to 169 m were told for 3 cm where snooping had taken all of it out."""
+    block = simulate_block("demo", seed=seed)
+    block, n_models = crossed(block, "high_flight", pair)
+    result = densify(block, block.settings.updated({"outliers": outliers}))
+    found = result.examination.exchanged_names
+    assert {(e.flight, *sorted(e.points)) for e in found} == {("high_flight", *pair)}
+    assert len(found) == n_models > 1
+    told, true = result.assessment.credible, true_error(result)
+    assert told.reason is Reason.EXCHANGED_NAMES
+    assert told.is_lower_bound == (outliers == "keep")
+    assert 0.75 < told.value / true < 1.25
+    first = result.assessment.findings[0]
+    assert first.code == "exchanged_names"
+    assert first.remedy == "put_the_names_right"
+    assert "from where the other flight has them" in result.summary()
+
+
+def test_given_coordinates_tell_that_the_low_flight_is_wrong():
+    pair = ("1043", "1053")
+    block = simulate_block("demo", seed=2)
+    assert "1043" in set(block.control_points["point_id"])
+    block, n_models = crossed(block, "low_flight", pair)
+    result = densify(block, block.settings.updated({"outliers": "snoop"}))
+    found = result.examination.exchanged_names
+    assert {e.flight for e in found} == {"low_flight"}
+    assert len(found) == n_models > 1
+    assert not any(e.is_everywhere for e in found)
+    true = true_error(result)
+    assert true > 1.0
+    assert result.assessment.credible.value == pytest.approx(true, rel=0.01)

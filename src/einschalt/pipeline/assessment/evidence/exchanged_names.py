@@ -13,31 +13,35 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.frame_columns import columns_of, with_columns
+from einschalt.foundations.frame_columns import columns_of
 from einschalt.foundations.key_columns import rows_among
-from einschalt.foundations.names import CodedPairs, encode_pairs, is_among
+from einschalt.foundations.names import encode_pairs, is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     moved_beyond_chance,
+)
+from einschalt.pipeline.assessment.evidence.names.exchange_trials import (
+    PAIR,
+    Trials,
+)
+from einschalt.pipeline.assessment.evidence.names.names_between_flights import (
+    find_crossed_pairs,
 )
 from einschalt.pipeline.assessment.evidence.names.names_in_a_model import (
     OneModel,
     right_order,
 )
-from einschalt.stages.stage3_model_transformation import transform_models
+from einschalt.pipeline.densification.result_tables import HIGH, LOW
 
 MODEL = ["coverage", "model_id"]
 PLAN = ("easting", "northing")
-PAIR = 2
 LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 # worst points of a model among which a pair is looked for, of all and of those that it
 # is fitted onto, which spoil the others: 15 to 66 pairs
 MOST_POINTS = 6
 MOST_MODELS = 200
-MOST_ROWS = 1_000_000  # of the trials that are transformed together
-MOST_SEARCHED = 10  # models of a flight, for more than a pair
+MOST_TIMES = 3  # what names hide of others may be found once they are put right
 # of the models without suspects: what an exchanged model must come down to
 LARGE_M_0 = 3.0
 # and by how much it must improve, so that no chance improvement counts
@@ -64,6 +68,9 @@ class ExchangedNames:
     # several do: then they may be exchanged in what these models are fitted onto
     is_everywhere: bool = False
     is_slip: bool = False  # names of rows one after the other, by one row
+    # whether the other flight shows it, and not the fit of the model: then both m_0 are
+    # the distance of the two points from where it has them, RMS
+    is_by_other_flight: bool = False
 
 
 def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
@@ -81,7 +88,53 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
         replace(one, is_everywhere=_is_everywhere(one, found, solution.model_points))
         for one in found
     ]
+    found = _with_crossed_pairs(solution, found)
     return tuple(sorted(found, key=lambda e: -np.nan_to_num(e.apart)))
+
+
+def _with_crossed_pairs(solution, found):
+    """What was found in single models, and pairs that lie crosswise in the flights."""
+    for pair in find_crossed_pairs(solution):
+        alike = [e for e in found if frozenset(e.points) == frozenset(pair.points)]
+        if pair.flight == HIGH:  # the low flight is right
+            found = [e for e in found if e.flight == HIGH or e not in alike]
+        elif alike and not pair.flight:
+            continue
+        known = {(e.flight, e.coverage, e.model_id) for e in found}
+        found += [
+            exchange
+            for exchange in _of_crossed_pair(solution, pair)
+            if (exchange.flight, exchange.coverage, exchange.model_id) not in known
+        ]
+    return found
+
+
+def _of_crossed_pair(solution, pair):
+    """A pair as exchanged in the models of the flight that is wrong, or may be.
+
+    In all models of the low flight that hold both where that one is.
+    """
+    flight = pair.flight or LOW
+    points = tables.with_coverage(solution.model_points[flight])
+    names = points["point_id"]
+    one, other = (points.loc[names == name, MODEL] for name in pair.points)
+    both = one[rows_among(one, other, MODEL)].to_numpy(dtype=object)
+    models = pair.models if flight == HIGH else map(tuple, both)
+    for coverage, model_id in models:
+        is_its = (points["coverage"] == coverage) & (points["model_id"] == model_id)
+        yield ExchangedNames(
+            flight=flight,
+            coverage=coverage,
+            model_id=model_id,
+            points=pair.points,
+            measured_as=pair.points[::-1],
+            apart=pair.apart,
+            m_0=pair.apart,
+            m_0_exchanged=pair.apart_exchanged,
+            model_points=tuple(names[is_its]),
+            is_everywhere=not pair.flight,
+            is_by_other_flight=True,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +148,14 @@ class MeasuredNames:
 def put_measured_names_right(examined) -> MeasuredNames | None:
     """Compute a block again with the names of its models put right.
 
-    None where none are exchanged, of large blocks, and of flights with orientations,
-    whose errors belong to rows of measurements.
+    None where none are exchanged, of large blocks, of one whose names were put right
+    three times, since pairs may be found back and forth, and of flights with
+    orientations, whose errors belong to rows of measurements.
     """
     exchanges = examined.exchanged_names
     flights = {exchange.flight for exchange in exchanges}
-    if not (exchanges and examined.is_small):
+    n_before = examined.n_times_put_right
+    if not (exchanges and examined.is_small) or n_before == MOST_TIMES:
         return None
     if any(examined.block.flights[name].is_oriented_numerically for name in flights):
         return None
@@ -113,6 +168,7 @@ def put_measured_names_right(examined) -> MeasuredNames | None:
         again = examined.computed_again(block, flights=oriented)
     except EinschaltError:  # other models do not hold together
         return None
+    vars(again)["n_times_put_right"] = n_before + 1
     return MeasuredNames(again, moved_beyond_chance(examined, again))
 
 
@@ -147,7 +203,7 @@ def _in_flight(solution, name, kind):
     worst = _worst_points(solution, name, by_values)
     if len(worst) < PAIR:
         return []
-    trials = _Trials.of(worst)
+    trials = Trials.of(worst)
     if not len(trials.pairs):
         return []
     measured = tables.with_coverage(solution.model_points[name])
@@ -171,101 +227,6 @@ def _in_flight(solution, name, kind):
     ]
     left = trials.models_without(best[is_found], before, LARGE_M_0 * usual)
     return [*found, *search.beyond_pairs(left)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Trials:
-    """Pairs of points whose names are exchanged, each in its model."""
-
-    models: CodedPairs  # coverage and model_id of the models
-    model: np.ndarray  # (n_trials,): place of its model
-    pairs: np.ndarray  # (n_trials, 2): names of the two points
-
-    @classmethod
-    def of(cls, worst):
-        """All pairs of the worst points of each model."""
-        models = encode_pairs(worst["coverage"], worst["model_id"])
-        points, model = worst["point_id"].to_numpy(dtype=object), models.codes
-        _, rank = np.unique(points.astype(str), return_inverse=True)
-        is_pair = (model[:, None] == model) & (rank[:, None] < rank)
-        one, other = np.nonzero(is_pair)
-        pairs = np.column_stack([points[one], points[other]])
-        return cls(models, model[one], pairs)
-
-    def m_0(self, measured, ground, kind):
-        """m_0 of each trial's model, as it was measured and with exchanged names [m].
-
-        NaN without redundancy. Each model is transformed once as it was measured.
-        """
-        models = encode_pairs(measured["coverage"], measured["model_id"])
-        names = measured["point_id"]
-        # others change no fit
-        is_used = is_among(names, ground["point_id"]) | is_among(names, self.pairs.T[0])
-        is_used |= is_among(names, self.pairs.T[1])
-        parts = segments(models.codes[is_used], len(models))
-        axes = [axis for axis in "xyz" if axis in measured]
-        points = columns_of(measured, ["point_id", *axes])[is_used]
-        own = np.arange(len(self.models))
-        model = models.locate(self.models)[np.concatenate([own, self.model])]
-        pairs = np.concatenate([np.full((len(own), PAIR), None), self.pairs])
-        n_before = np.cumsum(parts.count[model]) // MOST_ROWS
-        chunks = np.split(np.arange(len(model)), np.flatnonzero(np.diff(n_before)) + 1)
-        m_0 = np.concatenate(
-            [
-                _m_0(points, parts, (model[chunk], pairs[chunk]), ground, kind)
-                for chunk in chunks
-            ]
-        )
-        return m_0[own][self.model], m_0[len(own) :]
-
-    def best(self, m_0):
-        """Trial with the least m_0 of each model, in the order of the models' names."""
-        coverage, name = self.models.first[self.model], self.models.second[self.model]
-        order = np.lexsort([m_0, name.astype(str), coverage.astype(str)])
-        order = order[np.isfinite(m_0[order])]  # no exchange leaves others redundancy
-        _, first = np.unique(self.model[order], return_index=True)
-        return order[np.sort(first)]
-
-    def named(self, trial):
-        """Coverage, model_id, the pair of a trial, and what each was measured as."""
-        model, pair = self.model[trial], self.pairs[trial]
-        return self.models.first[model], self.models.second[model], pair, pair[::-1]
-
-    def models_without(self, found, m_0, limit):
-        """Coverage, model_id and m_0 of models that fit badly, the worst first.
-
-        Without those of trials that were ``found``, at most ``MOST_SEARCHED``; ``m_0``
-        of each trial's model as it was measured, ``limit`` what is not bad [m].
-        """
-        trial = np.unique(self.model, return_index=True)[1]
-        trial = trial[~np.isin(self.model[trial], self.model[found])]
-        trial = trial[m_0[trial] > limit]
-        trial = trial[np.argsort(-m_0[trial], kind="stable")][:MOST_SEARCHED]
-        return [(*self.named(k)[:2], m_0[k]) for k in trial]
-
-
-def _variants(points, parts, model, pairs):
-    """Points of a model for each trial, with the names of its pair exchanged.
-
-    ``parts`` are the rows of each model; model_id is the number of the trial.
-    """
-    rows, start = parts.rows_of(model)
-    trial = np.repeat(np.arange(len(model)), np.diff(start))
-    variants = points.take(rows)
-    names = variants["point_id"].to_numpy(dtype=object)
-    one, other = pairs[trial].T
-    exchanged = np.where(names == one, other, np.where(names == other, one, names))
-    return with_columns(variants, model_id=trial.astype(str), point_id=exchanged)
-
-
-def _m_0(points, parts, trials, ground, kind):
-    """m_0 of each trial, (n_trials,) [m]; NaN of a model without points to fit."""
-    m_0 = np.full(len(trials[0]), np.nan)
-    variants = _variants(points, parts, *trials)
-    if len(variants):
-        models = transform_models(variants, ground, kind).models
-        m_0[models["model_id"].astype(int)] = models["m_0"]
-    return m_0
 
 
 def _known_by_values(solution, name):

@@ -50,6 +50,11 @@ EXCHANGE = mark(
     "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
     "corrected its m_0 is {m_0_exchanged} instead of {m_0}"
 )
+CROSSED = mark(
+    "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
+    "corrected they lie {m_0_exchanged} from where the other flight has them, instead "
+    "of {m_0}"
+)
 MIXED = mark(
     "{names} in {flight} model {model}, coverage {coverage}: with the names corrected "
     "its m_0 is {m_0_exchanged} instead of {m_0}"
@@ -142,7 +147,8 @@ def other_targets(finding):
 
 def _exchange(facts):
     """A pair, names that have slipped, or names each with that of another point."""
-    n_points, words = facts["n_points"], EXCHANGE
+    n_points = facts["n_points"]
+    words = CROSSED if facts["is_by_other_flight"] else EXCHANGE
     one, *_, other = all_shortened((*facts["points"], facts["last"]))
     named = {"one": one, "other": other}
     if facts["is_slip"]:

@@ -101,6 +101,7 @@ class BesideDisplacedRegion:
     """
 
     is_with_regions_back = False
+    n_times_put_right = 0  # that names of measurements were
     network_step = cached_property(network_step)
     smooth_strain = cached_property(smooth_strain)
     adjusted_in_plan = cached_property(adjusted_in_plan)
