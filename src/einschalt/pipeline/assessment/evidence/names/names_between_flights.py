@@ -100,6 +100,8 @@ def _places_by_low_flight(solution):
         is_off = is_among(points["point_id"], np.concatenate([names, taken_out]))
         points = points[rows_among(points, points[is_off], MODEL)]
         others = ground[~is_among(ground["point_id"], names)]
+        if others.empty:  # nothing is left to tell where they are
+            return _median_places(values, ())
         kind = solution.block.low_flight.transformation
         values = _good_values(transform_models(points, others, kind), points)
     return _median_places(values, [*names, *taken_out])
@@ -142,6 +144,8 @@ def _values_of_high_flight(solution, names):
     points = points[
         is_among(points["point_id"], names) & rows_among(points, models, MODEL)
     ]
+    if points.empty:  # of points that are in no usable model there
+        return points
     values = tables.with_coverage(fit.values(points))
     return values[values["easting"].notna()].reset_index(drop=True)
 
