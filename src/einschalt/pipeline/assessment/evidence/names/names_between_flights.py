@@ -28,6 +28,7 @@ LEAST_RATIO = 5.0
 LARGE_M_0 = 3.0  # of the median: models of the low flight that tell nothing
 FAR_OFF = 8.0  # times the median distance: of clean blocks nothing is
 MOST_POINTS = 12  # of a model, the farthest off: 66 pairs
+MOST_MODELS = 200  # those with the points that are farthest off
 MOST_SUSPECTS, MOST_ROUNDS = 500, 4
 
 
@@ -165,8 +166,10 @@ class _Values:
         """Rows of the two points of each pair that lies crosswise in a model."""
         model = encode_pairs(self.values["coverage"], self.values["model_id"]).codes
         farthest = np.argsort(-self.away, kind="stable")
-        place = pd.Series(model[farthest]).groupby(model[farthest]).cumcount()
-        rows = np.sort(farthest[place.to_numpy() < MOST_POINTS])
+        worst_first, _ = pd.factorize(model[farthest])
+        place = pd.Series(worst_first).groupby(worst_first).cumcount().to_numpy()
+        is_tried = (place < MOST_POINTS) & (worst_first < MOST_MODELS)
+        rows = np.sort(farthest[is_tried])
         one, other = rows[np.stack(np.nonzero(_are_pairs(model[rows])))]
         least = np.minimum(self.away[one], self.away[other])
         most = np.maximum(self.to(one, other), self.to(other, one))
