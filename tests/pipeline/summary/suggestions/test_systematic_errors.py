@@ -1,6 +1,7 @@
 """Words for affinity and strain, of findings made by hand."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -86,9 +87,14 @@ def test_contradicting_control_is_counted():
         "contradicting_control",
         Subject.CONTROL,
         remedy="look_for_wrong_control_or_raise_errors",
-        facts={"n_control": 30},
+        probability=0.0012,
+        facts={"n_control": 30, "moved": 0.0},
     )
     assert str(suggestion_of(found)) == (
         "The 30 control points contradict each other by more than their standard "
-        "errors. Look for wrong ones, or raise standard_error_m."
+        "errors (p 0.0012). Look for wrong ones, or raise standard_error_m."
+    )
+    moving = replace(found, facts=found.facts | {"moved": 0.138})
+    assert "(p 0.0012), which may put the new points off by 14 cm" in str(
+        suggestion_of(moving)
     )

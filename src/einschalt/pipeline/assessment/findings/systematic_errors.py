@@ -173,7 +173,8 @@ def contradicting_control(examined):
     strain = examined.strain
     if broken_network(examined) is not None:
         return None  # which says how
-    p_values = [examined.control_patterns.unnamed_p_value]
+    patterns = examined.control_patterns
+    p_values = [patterns.unnamed_p_value]
     if examined.smooth_strain is not None:
         return None  # a strained network
     if strain is not None and strain.is_significant:
@@ -185,7 +186,10 @@ def contradicting_control(examined):
         statistic="corrections of the control points",
         probability=float(np.nanmin(p_values)),
         remedy="look_for_wrong_control_or_raise_errors",
-        facts={"n_control": examined.control_patterns.n_control or strain.n_control},
+        facts={
+            "n_control": patterns.n_control or strain.n_control,
+            "moved": patterns.moved_plan if patterns.plan is None else 0.0,
+        },
     )
 
 
@@ -208,7 +212,7 @@ def contradicting_control_of_adjustment(adjusted):
         expected=1.0,
         probability=larger.p_value,
         remedy="look_for_wrong_control_or_raise_errors",
-        facts={"n_control": len(control)},
+        facts={"n_control": len(control), "moved": 0.0},
     )
 
 

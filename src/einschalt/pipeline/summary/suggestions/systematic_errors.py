@@ -7,7 +7,7 @@ from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import fixed, length
 from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.suggestions.causes import explained
-from einschalt.pipeline.summary.wording import flight_name, ppm
+from einschalt.pipeline.summary.wording import flight_name, ppm, probability
 
 MOST_SHOWN = 3
 REMEDIES = mark_each(
@@ -144,6 +144,14 @@ OF_REGIONS = mark(
     "northing {northing:length} (standard error of each {standard_error:length}): "
     "{points:names of n_points}. The region is {extent:length} across, about easting "
     "{middle_east}, northing {middle_north}."
+)
+CONTRADICTING = mark(
+    "The {n_control} control points contradict each other by more than their standard "
+    "errors (p {p})"
+)
+CONTRADICTING_AND_MOVING = mark(
+    "The {n_control} control points contradict each other by more than their standard "
+    "errors (p {p}), which may put the new points off by {moved:length}"
 )
 CONTROL_ALIKE = mark(
     "Control in the region is displaced as well: {control:names of n_control}."
@@ -300,6 +308,14 @@ def _control(finding, part):
     return (filled(words, finding, **part),)
 
 
+def contradicting_control(finding):
+    """How sure it is that they do, and what that may do to the points."""
+    words = CONTRADICTING
+    if finding.facts["moved"] > 0.0:
+        words = CONTRADICTING_AND_MOVING
+    return filled(words, finding, p=probability(finding.probability))
+
+
 WORDS = mark_each(
     {
         "wrong_approximate_points": wrong_approximate_points,
@@ -308,9 +324,6 @@ WORDS = mark_each(
         "curved_models": curved_models,
         "broken_network": broken_network,
         "strained_network": strained_network,
-        "contradicting_control": (
-            "The {n_control} control points contradict each other by more than their "
-            "standard errors"
-        ),
+        "contradicting_control": contradicting_control,
     }
 )
