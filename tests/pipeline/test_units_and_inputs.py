@@ -91,6 +91,19 @@ def test_rigid_models_of_another_scale_are_refused():
         es.densify(replace(block, low_flight=slip))
 
 
+@pytest.mark.parametrize("kind", ["float32", "Float32"])
+def test_numbers_with_too_few_digits_are_told(kind):
+    """Coordinates of 32 bits are 3 cm apart; model coordinates of them are good."""
+    block = demo()
+    control = block.control_points.astype({"northing": kind})
+    (note,) = replace(block, control_points=control).notes
+    assert note.startswith("control_points: numbers of 32 bits in column northing are")
+    assert "as far as 0.031 apart" in note
+    models = block.low_flight.model_points.astype({"x": kind})
+    low = replace(block.low_flight, model_points=models)
+    assert replace(block, low_flight=low).notes == block.notes
+
+
 def test_weights_in_a_block_are_ignored_and_that_is_said():
     block = demo()
     points = block.low_flight.model_points.assign(weight=1e-4)

@@ -18,6 +18,8 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
 TEXT = pd.StringDtype(na_value=np.nan)  # what pandas makes of "str"
 LARGEST_BITS = 1000  # of a whole number that a float can hold
+BYTES_OF_DOUBLE = 8
+COARSE = 1e-3  # what numbers of fewer bytes may be apart, in whatever unit
 
 
 def numbers(raw, column):
@@ -138,3 +140,24 @@ def whole_text(value):
         return described(value)
     is_whole = is_measure and np.isfinite(float(value)) and value == int(value)
     return str(int(value)) if is_whole else str(value)
+
+
+def notes_on_digits(frame, names, source):
+    """Say of which columns the numbers have too few digits for what they hold.
+
+    Of those of ``names`` that the table has once.
+    """
+    notes = []
+    for name in frame.columns[frame.columns.isin(names)].unique():
+        column = frame[name]
+        kind = column.dtype if column.ndim == 1 else np.dtype(float)
+        if not (pd.api.types.is_float_dtype(kind) and kind.itemsize < BYTES_OF_DOUBLE):
+            continue
+        values = column.to_numpy(f"f{kind.itemsize}", na_value=np.nan)
+        largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+        if (apart := np.spacing(largest)) > COARSE:
+            notes.append(
+                f"{source}: numbers of {8 * kind.itemsize} bits in column {name} are "
+                f"as far as {apart:.2g} apart. Give numbers of 64 bits"
+            )
+    return notes

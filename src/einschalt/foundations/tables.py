@@ -230,6 +230,7 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     names = list(frame.columns)
     ignored = [name for name in names if name not in schema.names]
     notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
+    notes += cell_values.notes_on_digits(frame, schema.names, source)
     columns = {}
     seen = _seen_names(frame, schema)
     for column in schema.columns:
