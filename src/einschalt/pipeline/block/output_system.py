@@ -20,6 +20,7 @@ from einschalt.foundations.coordinate_operations import (
 )
 from einschalt.foundations.errors import ProjectionError, SettingsError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.language import mark
 from einschalt.foundations.projections import (
     label_of,
     plane_jacobian,
@@ -47,7 +48,7 @@ LENGTHS = (
 )
 AZIMUTH = "azimuth_gon"
 GON = np.pi / 200.0
-OTHER_OUTPUT = "Name the system or the zone of the place as output_crs"
+OTHER_OUTPUT = mark("Name the system or the zone of the place as output_crs")
 
 
 @dataclass(frozen=True, eq=False)
