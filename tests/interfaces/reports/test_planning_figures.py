@@ -171,9 +171,9 @@ def test_plans_show_the_front_and_what_holds():
     assert np.all(np.diff(front.get_ydata()) < 0)
     said = " ".join(text.get_text() for text in panel.texts)
     assert f"{found.plans['is_feasible'].sum()} reach it" in said
-    assert "cheapest: 1:" in said
+    assert "cheapest estimate: low flight 1:" in said
     (panel,) = plans_figure(find_plans(0.001, choices)).axes
-    assert any("nearest: 1:6000" in text.get_text() for text in panel.texts)
+    assert any("nearest: low flight 1:6000" in text.get_text() for text in panel.texts)
 
 
 def test_map_has_one_colour_for_one_error(expected):

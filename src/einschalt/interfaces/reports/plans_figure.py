@@ -65,7 +65,7 @@ def draw_plans(panel, search, checked=None):
         axis.set_minor_formatter(FuncFormatter(some_minor))
     _draw_target(panel, search)
     best = search.nearest
-    name = mark("cheapest") if best["is_feasible"] else mark("nearest")
+    name = mark("cheapest estimate") if best["is_feasible"] else mark("nearest")
     is_other = checked is not None and not checked.plan.equals(best)
     if is_other and checked.is_kept:
         held = mark("holds on its layout")
@@ -101,9 +101,9 @@ def _draw_target(panel, search):
         "textcoords": "offset points",
         "ha": "right",
     }
-    beyond = {"n": rest, "length": length(search.target)}
+    missing = {"n": rest, "length": length(search.target)}
     for text, below, colour in (
-        (translated("{n:plan|plans} beyond {length}", **beyond), 5, EDGE),
+        (translated("{n:plan|plans} miss {length}", **missing), 5, EDGE),
         (translated("{n} reach it", n=n_feasible), -12, PAPER),
     ):
         note(panel, text, (1.0, target), xytext=(0, below), color=colour, **at_right)
@@ -114,8 +114,9 @@ def _point_out(panel, plan, reached, name, place):
     at = (plan["cost"], 100.0 * reached)
     panel.plot(*at, "D" if place == 0 else "s", color=CHOSEN, ms=6, zorder=5)
     text = translated(
-        "{name}: {low} after {high},\n{n_coverages} x covered, {spacing} m, "
-        "set {n_settings} x, {length}",
+        "{name}: low flight {low}, high flight {high},\n"
+        "{n_coverages:coverage|coverages}, {spacing} m, "
+        "{n_settings:pointing|pointings each}, {length}",
         name=translated(name),
         low=scale(plan["scale_number"]),
         high=scale(plan["high_scale_number"]),
@@ -129,7 +130,7 @@ def _point_out(panel, plan, reached, name, place):
         at,
         xycoords="data",
         textcoords=("axes fraction", "axes fraction"),
-        xytext=(0.03, 0.06 + 0.13 * place),
+        xytext=(0.03, 0.03 + 0.11 * place),
         color=CHOSEN,
         fontsize=SMALL,
         arrowprops={
