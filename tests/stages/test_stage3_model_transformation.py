@@ -582,6 +582,51 @@ def test_model_that_was_not_fitted(flight, ground):
         fit.inverse(flight.assign(easting=0.0, northing=0.0))
 
 
+@pytest.fixture
+def fit_of_coverages(ground):
+    """Model 7/8 in coverages 1 and 2, that of 1 only in 1, that of 2 only in 2."""
+    parts = [
+        model_of(ground, name, range(12), seed=seed, coverage=coverage)
+        for seed, (name, coverage) in enumerate(
+            [("7/8", "1"), ("one", "1"), ("7/8", "2"), ("two", "2")]
+        )
+    ]
+    points = pd.concat(parts, ignore_index=True)
+    return points, es.transform_models(points, ground)
+
+
+@pytest.mark.parametrize("name", ["transform", "inverse", "values"])
+def test_points_without_coverage_of_a_model_in_several(fit_of_coverages, name):
+    points, fit = fit_of_coverages
+    asked = points.assign(easting=0.0, northing=0.0)[points["coverage"] == "2"]
+    said = (
+        "model 7/8: coverages 1, 2 each have this model; expected a column coverage, "
+        "which says of each point which of them is meant. Add it to the table."
+    )
+    with pytest.raises(TableError) as caught:
+        getattr(fit, name)(asked.drop(columns="coverage"))
+    assert str(caught.value) == said
+
+
+@pytest.mark.parametrize("name", ["transform", "inverse", "values"])
+def test_points_without_coverage_are_in_that_of_their_model(fit_of_coverages, name):
+    points, fit = fit_of_coverages
+    points = points.assign(easting=3.0e4, northing=2.0e4)
+    asked = points[points["model_id"].isin(["two", "one"])].iloc[::-1]
+    whole = getattr(fit, name)(asked)
+    assert whole["coverage"].tolist() == ["2"] * 12 + ["1"] * 12
+    pd.testing.assert_frame_equal(
+        getattr(fit, name)(asked.drop(columns="coverage")), whole
+    )
+
+
+def test_points_without_coverage_of_no_model(fit_of_coverages):
+    points, fit = fit_of_coverages
+    asked = points.drop(columns="coverage").assign(model_id="9/9").iloc[:12]
+    with pytest.raises(TableError, match="model 9/9: the model was not fitted"):
+        fit.transform(asked)
+
+
 # there and back
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import TableError, name_some
+from einschalt.foundations.names import rows_of_names
 
 FAILURE_COLUMNS = ["coverage", "model_id", "stage", "reason", "remedy"]
 
@@ -144,3 +145,27 @@ def row_of_model(models, model_id, coverage=None) -> int:
         remedy="Name the coverage as well",
         model=model_id,
     )
+
+
+def coverages_of_models(models, model_ids):
+    """Coverage in which each model was fitted, for models named without one.
+
+    Array of text; "" where there is no such model. TableError where a model was fitted
+    in several coverages: one taken for another lies kilometres off.
+    """
+    is_again = models["model_id"].duplicated().to_numpy()
+    known = models[~is_again]
+    place = rows_of_names(model_ids, known["model_id"])
+    several = rows_of_names(model_ids, models["model_id"][is_again].unique())
+    if (several >= 0).any():
+        model_id = np.asarray(model_ids, dtype=object)[np.argmax(several >= 0)]
+        of_model = models["coverage"][(models["model_id"] == model_id).to_numpy()]
+        raise TableError(
+            f"coverages {name_some(of_model)} each have this model",
+            expected="a column coverage, which says of each point which of them is "
+            "meant",
+            remedy="Add it to the table",
+            model=model_id,
+        )
+    coverage = known["coverage"].to_numpy(dtype=object)
+    return np.where(place >= 0, coverage[place], "")

@@ -1,6 +1,6 @@
 """Stage 3: every model onto all its points with ground coordinates."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ from einschalt.stages.results import (
     FAILURE_COLUMNS,
     Estimates,
     ModelResult,
+    coverages_of_models,
     failures_table,
     row_of_model,
 )
@@ -146,7 +147,8 @@ class ModelTransformation(ModelResult):
         Parameters
         ----------
         model_points : DataFrame
-            [coverage,] model_id, point_id, x, y [, z].
+            [coverage,] model_id, point_id, x, y [, z]. The coverage is needed where
+            two coverages have a model of that name.
 
         Returns
         -------
@@ -159,9 +161,10 @@ class ModelTransformation(ModelResult):
         Raises
         ------
         TableError
-            A model was not among those that were fitted.
+            A model was not among those that were fitted, or was fitted in several
+            coverages of which none is named.
         """
-        points = _checked_points(model_points, self.kind)
+        points = self._placed(_checked_points(model_points, self.kind), model_points)
         table = self._transformed(points, self.fit.s_0)
         return table if self.has_coverages else table.drop(columns="coverage")
 
@@ -175,9 +178,8 @@ class ModelTransformation(ModelResult):
         transformed. Models with less than ``least_redundancy`` take the m_0 of all
         models together: their own says little.
         """
-        return self._transformed(
-            _checked_points(model_points, self.kind), self._plan_s_0(least_redundancy)
-        )
+        points = self._placed(_checked_points(model_points, self.kind), model_points)
+        return self._transformed(points, self._plan_s_0(least_redundancy))
 
     @cached_property
     def own_values(self) -> pd.DataFrame:
@@ -226,7 +228,8 @@ class ModelTransformation(ModelResult):
         Parameters
         ----------
         ground_points : DataFrame
-            [coverage,] model_id, point_id, easting, northing [, height].
+            [coverage,] model_id, point_id, easting, northing [, height]; the coverage
+            as for :meth:`transform`.
 
         Returns
         -------
@@ -237,10 +240,12 @@ class ModelTransformation(ModelResult):
         Raises
         ------
         TableError
-            A model was not among those that were fitted.
+            A model was not among those that were fitted, or was fitted in several
+            coverages of which none is named.
         """
         kind = TRANSFORMATION_KINDS[self.kind]
         given = _checked(ground_points, placed_ground_schema(kind), "ground_points")
+        given = self._placed(given, ground_points)
         place = self._places(given)
         checked = given.frame
         table = columns_of(checked, ROW_NAMES)
@@ -312,6 +317,17 @@ class ModelTransformation(ModelResult):
         )
 
         return regression_of_model(self, model_id, coverage)
+
+    def _placed(self, checked, given):
+        """Points in the coverages in which their models were fitted.
+
+        Where a table names none, the check took all of it for the first.
+        """
+        if "coverage" in given.columns or not self.has_coverages:
+            return checked
+        frame = checked.frame
+        coverage = coverages_of_models(self.models, frame["model_id"])
+        return replace(checked, frame=frame.assign(coverage=pd.array(coverage, "str")))
 
     def _places(self, checked):
         known = encode_pairs(self.models["coverage"], self.models["model_id"])

@@ -115,6 +115,32 @@ def test_a_model_that_was_not_fitted_is_said(invoke, files):
     assert "model 99: the model was not fitted" in shown.stderr
 
 
+def in_coverages(files, *coverages):
+    """Give the models' table all its points in every one of some coverages."""
+    model = pd.read_csv(files / "model.csv", dtype=str)
+    parts = [model.assign(coverage=coverage) for coverage in coverages]
+    pd.concat(parts).to_csv(files / "model.csv", index=False)
+    more = pd.DataFrame({"model_id": ["0012"], "point_id": ["q"], "x": 10.0, "y": 20.0})
+    more.to_csv(files / "more.csv", index=False)
+
+
+def test_points_without_coverage_of_a_model_in_several_are_refused(invoke, files):
+    in_coverages(files, "1", "2")
+    shown = run(invoke, files, "--apply", files / "more.csv")
+    assert shown.exit_code == 2
+    said = "more.csv, model 0012: coverages 1, 2 each have this model"
+    assert said in shown.stderr
+    assert not (files / "out").exists()
+
+
+def test_points_without_coverage_of_a_model_in_one(invoke, files):
+    in_coverages(files, "2")
+    shown = run(invoke, files, "--apply", files / "more.csv")
+    assert shown.exit_code == 0
+    point = read(files, "points").iloc[0]
+    assert (point["coverage"], point["easting"], point["northing"]) == (2, 1030, 535)
+
+
 def test_failed_models_do_not_stop_the_others(invoke, files):
     with (files / "model.csv").open("a", encoding="utf-8") as file:
         file.write("lonely,a,0,0\n")

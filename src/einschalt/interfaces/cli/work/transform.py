@@ -103,7 +103,7 @@ def transform(
     if fit.is_usable and distribute != "none":
         options = {"method": distribute, "outliers": outliers, "cell": cell}
         fit = fit.distributed(_triangles(triangles), **options)
-    tables = _tables(fit, source, applied)
+    tables = _tables(fit, source, applied, apply or model_points)
     write_tables_of(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
     )
@@ -202,8 +202,12 @@ def _say_what_is_outside(fit, points):
         print_error(translated(message, names=retold(name_some(outside)), **facts))
 
 
-def _tables(fit, source, applied):
+def _tables(fit, source, applied, apply_file):
     """Everything that is written, by name."""
+    try:
+        points = fit.transform(applied)
+    except TableError as error:  # a model that was not fitted, or in which coverage
+        raise error.with_facts(file=apply_file.name) from None
     tables = {
         "parameters": _parameters(fit),
         "models": fit.models,
@@ -215,7 +219,7 @@ def _tables(fit, source, applied):
     if hasattr(fit, "grids"):
         tables |= {DISTRIBUTION: fit.distribution, "left_out": fit.left_out}
     keyed = {name: _with_given_keys(table, source) for name, table in tables.items()}
-    return keyed | {"points": fit.transform(applied), IDENTICAL: identical_points(fit)}
+    return keyed | {"points": points, IDENTICAL: identical_points(fit)}
 
 
 def _triangles(file):
