@@ -84,6 +84,13 @@ PLAN_JSON = {
     },
     "figures": {
         "question": ("", "what was asked: tables, target, area or expect"),
+        "combinations": (
+            "",
+            (
+                "the rows of plan.csv: all combinations of the values that were "
+                "asked for, with their figures"
+            ),
+        ),
         **OF_ROW,
         "next_best": (
             "",
@@ -192,6 +199,7 @@ TABLES_OF = {
     "figures": ("plans", "plan"),
     "next_best": ("plans",),
     "effort": ("effort",),
+    "combinations": ("plan",),
 }
 # what stands nested in one answer, and flat in another
 FLAT_FOR_EXPECT = "expected_on_layout"

@@ -229,6 +229,26 @@ def test_what_does_not_count_is_said(invoke):
     assert shown.stdout.startswith("Not used for --target: --m-0, --expect.\n")
 
 
+def test_programs_get_all_combinations_of_the_tables(invoke, tmp_path):
+    asked = ("plan", "--scale", "6000,8000", "--spacing", "200,300", "--m-0", 0.1)
+    file = tmp_path / "plan.csv"
+    told = json.loads(invoke(*asked, "--output", file, "--json").stdout)["figures"]
+    assert list(told) == ["question", "combinations"]
+    written = pd.read_csv(file)
+    named = [(8000, 200), (8000, 300), (6000, 200), (6000, 300)]
+    rows = told["combinations"]
+    assert {(row["scale_number"], row["spacing"]) for row in rows} == set(named)
+    pd.testing.assert_frame_equal(pd.DataFrame(rows), written, check_dtype=False)
+
+
+def test_the_figures_of_one_combination_stand_by_themselves_as_well(invoke):
+    asked = ("--scale", 6000, "--spacing", 200, "--m-0", 0.1, "--m-g-um", 10)
+    told = json.loads(invoke("plan", *asked, "--json").stdout)["figures"]
+    (row,) = told.pop("combinations")
+    assert told == {"question": "tables"} | row
+    assert round(told["M_double"], 4) == 0.0492
+
+
 def test_what_does_not_count_is_a_problem_for_programs(invoke):
     shown = invoke("plan", "--spacing", 300, "--where", "edge", "--json")
     assert shown.exit_code == 0

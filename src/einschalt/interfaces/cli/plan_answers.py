@@ -31,7 +31,7 @@ class Answer:
     tables: Callable
     figures: Callable
     scale_numbers: Sequence[float]  # in question, for the terrain
-    # what programs are told, a dict; the first row of the first table where left out
+    # what programs are told, a dict; the rows of the first table where left out
     headline: Callable | None = None
     # writes further files into the folder of the answer
     files: Callable | None = None

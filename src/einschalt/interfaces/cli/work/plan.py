@@ -91,11 +91,12 @@ def _way_to(question):
 
 
 def _headline(answer):
-    """What was recommended, or the first row of the first table."""
+    """What was recommended, or the rows of the first table."""
     if answer.headline is not None:
         return answer.headline()
-    table = next(iter(answer.tables().values()))
-    return {} if table.empty else table.iloc[0].to_dict()
+    rows = next(iter(answer.tables().values())).to_dict("records")
+    # names of one of several rows would say that it is chosen
+    return {**(rows[0] if len(rows) == 1 else {}), "combinations": rows}
 
 
 def _place(options):
