@@ -1,8 +1,12 @@
 """Plans of Python: the same as those of the command."""
 
 import json
+import pickle
 
+import numpy as np
+import pandas as pd
 import pytest
+import shapely
 from typer.testing import CliRunner
 
 import einschalt as es
@@ -108,3 +112,42 @@ def test_a_target_that_no_layout_keeps_is_said():
     assert not plan.is_kept
     assert plan.reached > 0.012
     assert plan.verdict().lstrip().startswith("No plan is recommended")
+
+
+def require_same_tables(one, other):
+    """See that two expectations, propagated in two processes, are the same."""
+    for name in ("points", "values"):
+        pd.testing.assert_frame_equal(getattr(one, name), getattr(other, name))
+    assert one.figures == other.figures
+
+
+def test_a_plan_comes_whole_out_of_a_pickle():
+    plan = es.plan_target(0.05, CHOICES)
+    back = pickle.loads(pickle.dumps(plan))
+    assert isinstance(back, es.CheckedPlan)
+    assert back.summary() == plan.summary()
+    pd.testing.assert_frame_equal(back.search.plans, plan.search.plans)
+    require_same_tables(back.expected, plan.expected)
+    require_same_tables(back.next_best.expected, plan.next_best.expected)
+    assert es.simulate_plan(back, seed=1).truth.equals(
+        es.simulate_plan(plan, seed=1).truth
+    )
+
+
+def test_a_plan_over_an_area_comes_whole_out_of_a_pickle(tmp_path):
+    east, north = np.meshgrid(np.arange(-1e3, 8001, 500.0), np.arange(-1e3, 7001, 500))
+    ground = np.column_stack([east.ravel(), north.ravel(), 0.02 * east.ravel()])
+    np.savetxt(tmp_path / "ground.xyz", ground, "%.3f")
+    choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
+    plan = es.plan_area(
+        *(0.06, shapely.box(0, 0, 7000, 6000), choices),
+        ground_heights=tmp_path / "ground.xyz",
+    )
+    back = pickle.loads(pickle.dumps(plan))
+    assert isinstance(back, es.AreaPlan)
+    assert back.summary() == plan.summary()
+    for name in ("flight_lines", "photographs", "control", "effort"):
+        pd.testing.assert_frame_equal(
+            getattr(back.flown, name), getattr(plan.flown, name)
+        )
+    require_same_tables(back.checked.expected, plan.checked.expected)

@@ -1,5 +1,6 @@
 """Designs of flights, and their expected precision."""
 
+import pickle
 import re
 from dataclasses import replace
 
@@ -31,6 +32,19 @@ def test_a_limit_of_work_is_a_number_above_zero(most_work):
     with pytest.raises(SettingsError, match=r"most_work = .*; expected a number above"):
         replace(DESIGN, most_work=most_work)
     assert replace(DESIGN, most_work=np.inf).layout_spacing == DESIGN.spacing
+
+
+@pytest.mark.parametrize(
+    "means", [{"weighting": "plain"}, {"weighting": "weighted"}], ids=str
+)
+def test_a_propagated_block_can_be_pickled(means):
+    propagated = propagate_design(DESIGN, **means)
+    back = pickle.loads(pickle.dumps(propagated))
+    assert "expected" not in vars(back)  # is made when it is asked for, as before
+    for name in ("points", "values"):
+        pd.testing.assert_frame_equal(
+            getattr(back.expected, name), getattr(propagated.expected, name)
+        )
 
 
 @pytest.mark.parametrize("weighting", ["auto", "plain", "weighted", "rigorous"])

@@ -180,7 +180,8 @@ class PropagatedBlock:
     n_low_models: int
     # what control and both flights contribute, root mean square, TOTAL [m]
     parts: dict[str, float]
-    # gives points and values of ExpectedPrecision, and the m_0 of the low flight
+    # gives points and values of ExpectedPrecision, and the m_0 of the low flight;
+    # made of a function of the module, so that plans can be pickled
     details: Callable[[], tuple[pd.DataFrame, pd.DataFrame, float]]
 
     @property
@@ -259,25 +260,27 @@ def _by_arrays(scene, design, weighting):
     flights = propagate_flights(high, low, _control_of(scene), weighting)
     total = _total(flights.errors.covariance)
     is_control = scene.is_control[flights.point]
-
-    def details():
-        points = pd.DataFrame(
-            {
-                "point_id": scene.ground.point_id[flights.point],
-                "role": np.where(is_control, "control", "new"),
-                "standard_error_total": total,
-                "standard_error_paper": flights.paper_of_points,
-                "n_models": flights.n_models,
-            }
-        )
-        points = _placed(points, scene.truth(), scene.geometry)
-        return points, _table_of_values(scene, flights), flights.m_0
-
+    details = partial(_details_of_arrays, scene, flights)
     numbers = (scene.layouts[flight].n_models for flight in FLIGHTS)
     # of those for which control stands, it is one: the others are new, and like it
     counts = np.where(is_control, stands_for - 1.0, stands_for)
     parts = _parts(flights.parts, counts)
     return PropagatedBlock(design, weighting, total, counts, *numbers, parts, details)
+
+
+def _details_of_arrays(scene, flights):
+    is_control = scene.is_control[flights.point]
+    points = pd.DataFrame(
+        {
+            "point_id": scene.ground.point_id[flights.point],
+            "role": np.where(is_control, "control", "new"),
+            "standard_error_total": _total(flights.errors.covariance),
+            "standard_error_paper": flights.paper_of_points,
+            "n_models": flights.n_models,
+        }
+    )
+    points = _placed(points, scene.truth(), scene.geometry)
+    return points, _table_of_values(scene, flights), flights.m_0
 
 
 def _plane_flight(scene, flight, stands_for):
@@ -319,9 +322,6 @@ def _table_of_values(scene, flights):
 def _through_stages(block, design, means):
     # imported where it is needed: it takes along all that measured blocks may need
     from einschalt.pipeline.densify import densify  # noqa: PLC0415
-    from einschalt.stages.stage4_error_propagation import (  # noqa: PLC0415
-        propagate_values,
-    )
 
     # a layout has neither gross errors nor deformed models to look for
     asked = {"screening": "off", "model_deformation": "ignored"}
@@ -329,19 +329,6 @@ def _through_stages(block, design, means):
     solution = result.solution
     points = solution.points  # not judged: nothing has been measured
     counts = (points["role"] == "new").to_numpy(dtype=float)
-    names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
-
-    def details():
-        placed = _placed(points[[*names, "n_models"]], block.truth, block.geometry)
-        point_ids = solution.model_points["low_flight"]["point_id"]
-        of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
-        values = _values(block, solution.single_values, of_values)
-        if solution.means.is_rigorous:
-            placed["standard_error_paper"] = _of_plain_means(
-                placed, solution.means.used
-            )
-        return placed, values, solution.figures.m_0_low
-
     return PropagatedBlock(
         design,
         means.weighting_with(covariances_are_known=True),
@@ -350,8 +337,25 @@ def _through_stages(block, design, means):
         len(solution.high.transformation.models),
         len(solution.low.models),
         _parts(solution.errors.parts, counts),
-        details,
+        partial(_details_of_stages, block, solution),
     )
+
+
+def _details_of_stages(block, solution):
+    # imported where it is needed, as above
+    from einschalt.stages.stage4_error_propagation import (  # noqa: PLC0415
+        propagate_values,
+    )
+
+    names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
+    points = solution.points[[*names, "n_models"]]
+    placed = _placed(points, block.truth, block.geometry)
+    point_ids = solution.model_points["low_flight"]["point_id"]
+    of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
+    values = _values(block, solution.single_values, of_values)
+    if solution.means.is_rigorous:
+        placed["standard_error_paper"] = _of_plain_means(placed, solution.means.used)
+    return placed, values, solution.figures.m_0_low
 
 
 def _parts(parts, counts):
