@@ -4,6 +4,7 @@ import re
 import warnings
 from typing import Literal, get_args, get_origin
 
+import numpy as np
 import pytest
 
 import einschalt as es
@@ -102,3 +103,54 @@ def test_updated_settings_are_checked():
     )
     with pytest.raises(SettingsError, match="weighting = 'heavy'"):
         Settings().updated({"weighting": "heavy"})
+
+
+@pytest.mark.parametrize("update", [{"method": "nonsense"}, {"metod": "auto"}])
+def test_copies_are_checked(update):
+    """A copy of pydantic takes anything: densify ended in a KeyError."""
+    with pytest.raises(SettingsError, match=r"method = 'nonsense'|Write method"):
+        Settings().model_copy(update=update)
+    copied = Settings(iterations=2).model_copy(update={"method": "auto"}, deep=True)
+    assert copied == Settings(iterations=2, method="auto")
+    assert copied.model_copy() == copied
+
+
+def test_settings_that_nobody_checked_are_refused_before_the_work(demo_block):
+    said = "method = 'nonsense'; expected 'two_step', 'simul"
+    with pytest.raises(SettingsError, match=said):
+        es.densify(demo_block, Settings.model_construct(method="nonsense"))
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "remedy"),
+    [
+        (
+            {"method": "auto"},
+            "a dict of length 1",
+            "Write Settings(**fields) of a dict of fields",
+        ),
+        ("auto", "'auto'", ""),
+    ],
+)
+def test_settings_without_their_names(given, found, remedy):
+    with pytest.raises(SettingsError) as caught:
+        Settings(given)
+    assert caught.value.found == f"Settings was given {found} without a name"
+    assert caught.value.expected == "fields by name, such as method=…"
+    assert (caught.value.remedy or "") == remedy
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint8, np.array])
+def test_integers_of_numpy_are_integers(kind):
+    settings = Settings(iterations=kind(2))
+    assert settings == Settings(iterations=2)
+    assert type(settings.iterations) is int
+
+
+@pytest.mark.parametrize(
+    "value", [True, np.True_, 2.0, np.float64(2.0), "2", np.array([2, 3]), np.int64(0)]
+)
+def test_what_is_no_number_of_iterations_stays_refused(value):
+    said = r"iterations = .*; expected a whole number from 1 to 100"
+    with pytest.raises(SettingsError, match=said):
+        Settings(iterations=value)

@@ -1,6 +1,7 @@
 """What is wrong with a text that should be a number, and how it should be written."""
 
 import re
+from operator import index
 
 from einschalt.foundations.display_names import shortened
 
@@ -103,3 +104,18 @@ def _separators(text):
         plain = grouped.group().replace(grouped.group(2), "") + rest.replace(",", ".")
         return f"{text!r} has separators of thousands", f"Write {plain}"
     return None
+
+
+def plain_integer(value):
+    """Take a whole number of numpy as one of Python; anything else stays as it is.
+
+    >>> import numpy as np
+    >>> plain_integer(np.int64(2)), plain_integer(True), plain_integer(2.0)
+    (2, True, 2.0)
+    """
+    if isinstance(value, bool):  # an integer to Python
+        return value
+    try:
+        return index(value)
+    except TypeError:
+        return value

@@ -18,6 +18,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.language import mark
 from einschalt.foundations.longitudes import arc_of
+from einschalt.foundations.number_parsing import plain_integer
 from einschalt.foundations.operation_choice import choose_operation
 
 NAMES = str | int | pyproj.CRS  # what may name a system
@@ -92,7 +93,7 @@ def _known_crs(text):
     _refuse_files(text)
     try:
         with offline():
-            return pyproj.CRS.from_user_input(_utf8(text))
+            return pyproj.CRS.from_user_input(_utf8(plain_integer(text)))
     except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
         _require_databases(text, error)
         raise ProjectionError(

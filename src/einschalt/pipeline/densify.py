@@ -81,7 +81,8 @@ def densify(
     SettingsError
         The settings ask for what this block cannot have.
     """
-    settings = settings or block.settings
+    # pydantic makes copies and settings that nobody has checked
+    settings = (settings or block.settings).updated({})
     report_progress = stage_reporter(progress)
     stopwatch = Stopwatch()
     with stopwatch.running(), one_blas_thread():

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from math import inf, isfinite
 from numbers import Real
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Never, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
@@ -14,7 +14,11 @@ from pydantic_core import PydanticCustomError
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.near_words import nearest
-from einschalt.foundations.number_parsing import describe_fault, is_number
+from einschalt.foundations.number_parsing import (
+    describe_fault,
+    is_number,
+    plain_integer,
+)
 from einschalt.foundations.value_descriptions import described
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 
@@ -241,7 +245,14 @@ class Settings(BaseModel):
         "those of PROJ.",
     )
 
-    def __init__(self, **fields: Any) -> None:
+    def __init__(self, *unnamed: Never, **fields: Any) -> None:
+        if unnamed:
+            of_dict = "Write Settings(**fields) of a dict of fields"
+            raise SettingsError(
+                f"Settings was given {described(unnamed[0])} without a name",
+                expected="fields by name, such as method=…",
+                remedy=of_dict if isinstance(unnamed[0], Mapping) else "",
+            )
         for key, former in FORMER_WORDS.items():
             word = fields.get(key)
             if isinstance(word, str) and word in former:
@@ -252,6 +263,11 @@ class Settings(BaseModel):
                 )
         present = with_present_words(fields)
         checked(super().__init__, present, section="settings", names=type(self))
+
+    @field_validator("iterations", mode="before")
+    @classmethod
+    def _integer_of_numpy(cls, value):
+        return plain_integer(value)
 
     @field_validator("tolerance", mode="before")
     @classmethod
@@ -278,7 +294,17 @@ class Settings(BaseModel):
 
     def updated(self, given: Mapping[str, Any]) -> Self:
         """Return the settings with some fields replaced, checked as on construction."""
-        return type(self)(**{**self.model_dump(), **given})
+        # the fields as they are: some may have been put there without a check
+        return type(self)(**{**dict(self), **given})
+
+    def model_copy(
+        self, *, update: Mapping[str, Any] | None = None, deep: bool = False
+    ) -> Self:
+        """Return a copy; what is given in ``update`` is checked, as by :meth:`updated`.
+
+        The copies of pydantic check nothing.
+        """
+        return self.updated(update) if update else super().model_copy(deep=deep)
 
 
 def words_of(name):

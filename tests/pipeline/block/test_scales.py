@@ -108,6 +108,7 @@ def test_parallaxes_without_base_in_stage_2(parallax_block):
 def test_systems_are_kept_as_text():
     block = es.simulate_block("demo", seed=5)
     assert replace(block, crs=31255).crs == "EPSG:31255"
+    assert replace(block, crs=np.int64(31255)).crs == "EPSG:31255"
 
 
 def test_what_is_no_block_is_refused():

@@ -20,6 +20,7 @@ from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
 from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.names import encode_pairs
+from einschalt.foundations.number_parsing import plain_integer
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
@@ -308,6 +309,7 @@ class Block:
 
     def __post_init__(self):
         """Check all tables, and keep them as checked."""
+        object.__setattr__(self, "crs", plain_integer(self.crs))
         self._require_kinds()
         found = check_block(self)
         raise_problems(found.problems)
