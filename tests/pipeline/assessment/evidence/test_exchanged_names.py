@@ -17,7 +17,7 @@ from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.geometry import BlockGeometry
-from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
 def with_exchange(block, flight, model, pair):
@@ -286,3 +286,17 @@ def test_given_coordinates_tell_that_the_low_flight_is_wrong():
     true = true_error(result)
     assert true > 1.0
     assert result.assessment.credible.value == pytest.approx(true, rel=0.01)
+
+
+def test_both_flights_are_compared_where_nothing_tells_which_is_wrong():
+    """One model of the low flight holds both, and several one of them: all agree."""
+    pair = ("1036", "1045")
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert")
+    block = simulate_block("demo", seed=3, geometry=geometry)
+    block, n_models = crossed(block, "high_flight", pair)
+    assert n_models == 5
+    judged = densify(block, block.settings.updated({"outliers": "snoop"})).assessment
+    first = judged.findings[0]
+    assert first.code == "exchanged_names"
+    assert first.remedy == "compare_names_of_both_flights"
+    assert judged.credible.is_lower_bound

@@ -99,6 +99,8 @@ def _with_crossed_pairs(solution, found):
         if pair.flight == HIGH:  # the low flight is right
             found = [e for e in found if e.flight == HIGH or e not in alike]
         elif alike and not pair.flight:
+            # other models of that flight say the same, though none has both points
+            found = [replace(e, is_everywhere=True) if e in alike else e for e in found]
             continue
         known = {(e.flight, e.coverage, e.model_id) for e in found}
         found += [
