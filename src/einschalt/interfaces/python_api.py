@@ -24,6 +24,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.language import language as active_language
 from einschalt.foundations.language import written_in
 from einschalt.foundations.projections import read_source_crs
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
 
 
 @with_fields_of(checked.Block)
+@with_known_fields
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block(checked.Block):
     """The checked tables of one survey, which can be written as a folder.

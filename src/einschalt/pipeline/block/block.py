@@ -19,6 +19,7 @@ from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
 from einschalt.foundations.frame_columns import columns_of, values_of
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.number_parsing import plain_integer
 from einschalt.foundations.tables import with_coverage
@@ -36,6 +37,7 @@ from einschalt.theory.interior_orientation import Camera
 from einschalt.theory.measuring_error import m_g_of_mean
 
 
+@with_known_fields
 @dataclass(frozen=True, eq=False, repr=False)
 class Flight:
     """One flight: its measurements and their properties.
@@ -234,6 +236,7 @@ class FlightAsShown(Flight):
         return self.m_g_um * self.over_given
 
 
+@with_known_fields
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block:
     """The checked tables of one survey.

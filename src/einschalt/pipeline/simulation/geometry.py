@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
@@ -62,6 +63,7 @@ APART = mark_each(
 )
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class BlockGeometry:
     """Area, points and flights of a simulated block, all free of error.

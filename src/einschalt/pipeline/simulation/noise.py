@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 
@@ -40,6 +41,7 @@ RANGES = {
 }
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class BlockNoise:
     """Errors of a simulated block.

@@ -8,6 +8,7 @@ import numpy as np
 
 from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.language import in_english
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
@@ -82,6 +83,7 @@ EXPECTED = ("centre", "edge", "corner", "mean")  # of ExpectedParts
 OF_MEASURING = ("m_g_um", "n_settings")  # in a row, beside what makes its layout
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class PlanChoices:
     """Choices of the planner; every value is combined with every other.
@@ -184,6 +186,7 @@ ALLOWED_WHERE_GIVEN = {
 }
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
     """Given conditions of a plan: camera, transformation, control and costs.

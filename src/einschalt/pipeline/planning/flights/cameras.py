@@ -11,6 +11,7 @@ import numpy as np
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import METRES_PER_UM
@@ -42,6 +43,7 @@ TOO_HIGH = mark_each(
 MOST_DECIMALS = 6  # of heights, as many as show that they are above a limit
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class CameraPreset:
     """A camera and how it is usually flown.

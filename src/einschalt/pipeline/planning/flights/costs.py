@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from einschalt.foundations.arguments import require_kind
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.value_ranges import Range, problems_in
 
 COLUMN_OF_ITEM = {
@@ -15,6 +16,7 @@ COLUMN_OF_ITEM = {
 """Items that have a price, a field of PlanCosts, and where a plan has their amount."""
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class PlanCosts:
     """What a plan is ranked by, in any one currency.

@@ -6,6 +6,7 @@ from numbers import Real
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.known_fields import with_known_fields
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.planning.flights.arguments import RANGES as ASKED
 from einschalt.pipeline.planning.flights.arguments import (
@@ -40,6 +41,7 @@ MOST_WORK = 1e7
 """Values times pairs of models at a point: a second of propagation at most."""
 
 
+@with_known_fields
 @dataclass(frozen=True, kw_only=True)
 class FlightDesign:
     """Two planned flights: the choices of the planner and the given conditions.
