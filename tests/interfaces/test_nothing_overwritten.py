@@ -16,6 +16,7 @@ from einschalt.foundations.errors import FileError, OutputError
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import output_folder
 from einschalt.interfaces.files.folder_lock import LOCK, locked
+from einschalt.interfaces.files.output_folder import InputFiles
 from einschalt.interfaces.files.result_folder import output_of
 from einschalt.interfaces.reports import figure_files
 
@@ -445,3 +446,58 @@ def test_a_block_without_control_points_is_computed(tmp_path, make_block):
     assert "9 new points" in result.summary()
     result.write(tmp_path / "out")
     assert (tmp_path / "out" / "summary.txt").exists()
+
+
+@pytest.mark.parametrize("where", ["block", "parent", "elsewhere", "changed", "broken"])
+def test_no_export_replaces_what_a_block_reads(small_block, tmp_path, where):
+    """Known by its block.toml, or by the result that was computed from it."""
+    table = small_block.path / "low_flight.csv"
+    result = es.densify(es.read_block(small_block.path))
+    result.write(tmp_path / "out")
+    if where == "parent":
+        (small_block.path / "tables").mkdir()
+        table = table.rename(small_block.path / "tables" / "low_flight.csv")
+        small_block.replace("block.toml", '"low_flight', '"tables/low_flight')
+    elif where == "elsewhere":
+        table = table.rename(tmp_path / "moved.csv")
+    elif where == "broken":
+        small_block.write("block.toml", small_block.read("block.toml") + "[[[")
+    is_by_content = where in {"block", "elsewhere"}
+    if not is_by_content:
+        table.write_text(table.read_text() + "\n")
+    before = snapshot(tmp_path)
+    said = "computed from this file" if is_by_content else "is an input of the block"
+    told = refused("export", tmp_path / "out", "--to", table, "--overwrite")
+    assert said in told
+    assert "--overwrite does not replace inputs" in told
+    with pytest.raises(OutputError, match=said):
+        es.export(tmp_path / "out", table, overwrite=True)
+    assert snapshot(tmp_path) == before
+
+
+@pytest.mark.parametrize("damage", ["{", "[]", '{"inputs": [{}]}', '{"inputs": 3}'])
+def test_a_damaged_list_of_inputs_names_none(small_block, tmp_path, damage):
+    (tmp_path / "provenance.json").write_text(damage)
+    table = small_block.path / "low_flight.csv"
+    assert not InputFiles([tmp_path / "provenance.json"]).were_read(table)
+
+
+def test_plan_replaces_no_input_of_a_block(small_block, tmp_path, monkeypatch):
+    monkeypatch.setattr(figure_files, "figure_bytes", lambda *_: {"svg": b"<svg/>"})
+    place = small_block.path / "low_flight.csv"
+    call = ("plan", "--scale-number", "6000", "--spacing", "200", "-o", place)
+    before = snapshot(tmp_path)
+    assert f"input of the block {small_block.path}" in refused(*call, "--overwrite")
+    assert snapshot(tmp_path) == before
+
+
+def test_tables_below_a_block_are_not_replaced(small_block, tables, tmp_path):
+    """A folder without a block.toml of its own, that the one above it names."""
+    place = small_block.path / "tables"
+    place.mkdir()
+    table = (small_block.path / "low_flight.csv").rename(place / "models.csv")
+    small_block.replace("block.toml", '"low_flight.csv"', '"tables/models.csv"')
+    before = table.read_bytes()
+    given = ("transform", tables / "models.csv", tables / "points.csv", "-o", place)
+    assert "models.csv: is an input of the block" in refused(*given, "--overwrite")
+    assert table.read_bytes() == before

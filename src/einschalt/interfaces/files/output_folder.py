@@ -27,6 +27,7 @@ from einschalt.interfaces.files.atomic import (
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.folder_lock import LOCK, locked
 from einschalt.interfaces.files.input_files import checksum, checksum_or_none
+from einschalt.interfaces.files.inputs_of_blocks import block_reading, signs_of_inputs
 from einschalt.interfaces.files.written_files import (
     COMING,
     FORMER,
@@ -65,6 +66,16 @@ class InputFiles:
             with suppress(OSError):
                 known.add(_identity(path.stat()))
         return known
+
+    @cached_property
+    def _signs(self):
+        """What a result that is read was computed from: those that lie elsewhere."""
+        listing = [path for path in self.paths if path.name == PROVENANCE]
+        return set().union(*map(signs_of_inputs, listing))
+
+    def were_read(self, path):
+        """Whether a result among them was computed from a file of this content."""
+        return bool(self._signs) and checksum_or_none(path) in self._signs
 
     def has(self, path):
         """Whether a path leads to one of them: itself, by a link, or a hard link."""
@@ -147,7 +158,7 @@ def require_free(folder, output):
         refuse_block_folder(folder, output.inputs if is_of_block else None)
     taken = _taken_names(folder, {*output.names, COMING, FORMER})
     for name in taken:
-        refuse_input(folder / name, output.inputs, is_overwriting=output.overwrite)
+        refuse_input(folder / name, output)
     for name in taken:
         if (folder / name).is_dir() and not (folder / name).is_symlink():
             raise OutputError(
@@ -170,14 +181,24 @@ def _names_in(folder):
         return sorted(path.name for path in folder.iterdir())
 
 
-def refuse_input(path, inputs, *, is_overwriting=False):
-    """Refuse to replace what the run reads, also where the user says overwrite."""
-    if inputs.has(path):
-        said = ["the run reads this file, and would write it"]
-        if is_overwriting:
-            said.append("--overwrite does not replace inputs")
+def refuse_input(path, output):
+    """Refuse to replace an input, also where the user says overwrite.
+
+    Of this run; of the result that it reads; or of any block, but where a block is
+    written in place of another one.
+    """
+    found = None
+    is_block = output.source.command == "block"
+    if output.inputs.has(path):
+        found = "the run reads this file, and would write it"
+    elif output.inputs.were_read(path):
+        found = "the result was computed from this file, and would replace it"
+    elif not is_block and (toml := block_reading(path)) is not None:
+        found = f"is an input of the block {toml.parent}, and would be replaced"
+    if found is not None:
+        said = [found, "--overwrite does not replace inputs"]
         raise OutputError(
-            "; ".join(said),
+            "; ".join(said if output.overwrite else said[:1]),
             expected="a folder of its own for the results",
             remedy=NAME_ANOTHER,
             file=path,

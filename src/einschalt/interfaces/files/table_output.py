@@ -64,7 +64,7 @@ def write_file(path, output, write):
     """Write a single file; an older one stays, unless it is equal or given up."""
     path = Path(path)
     folder = Path(os.path.realpath(path.parent))
-    refuse_input(path, output.inputs, is_overwriting=output.overwrite)
+    refuse_input(path, output)
     staging = folder / hidden_name("new")
     with said_as_file_error(path):
         remove_leftovers(folder)
