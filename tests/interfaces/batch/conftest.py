@@ -1,5 +1,6 @@
 """Folders of blocks, sound and broken, and the bytes of what a batch leaves."""
 
+import os
 from importlib import import_module
 from pathlib import Path
 
@@ -117,3 +118,35 @@ def benchmark_module():
 def left(benchmark_module):
     """What lies in a folder: every file with its bytes, times apart."""
     return benchmark_module("result_trees").tree
+
+
+@pytest.fixture
+def closed(monkeypatch):
+    """Close a folder as rights do; of those of root a system asks nothing."""
+    shut, listed = set(), set()
+
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    def guard(function, is_refused):
+        def guarded(path=".", *arguments, **options):
+            if not isinstance(path, int) and is_refused(Path(path)):
+                refuse(path)
+            return function(path, *arguments, **options)
+
+        return guarded
+
+    def close(folder, *, is_listed=False):
+        (listed if is_listed else shut).add(Path(folder))
+
+    def is_below(path):
+        return any(one in path.parents for one in shut | listed)
+
+    def may(path, mode, **_):
+        return Path(path) not in shut | listed
+
+    monkeypatch.setattr(os, "scandir", guard(os.scandir, lambda path: path in shut))
+    for name in ("stat", "open"):
+        monkeypatch.setattr(Path, name, guard(getattr(Path, name), is_below))
+    monkeypatch.setattr(os, "access", may)
+    return close

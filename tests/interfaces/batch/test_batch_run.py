@@ -15,7 +15,7 @@ from tests.changed_results import Stopped
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces import python_api
-from einschalt.interfaces.batch import batch_run, block_run, block_task
+from einschalt.interfaces.batch import batch_run, block_run, block_search, block_task
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_run import run_block
 from einschalt.interfaces.batch.block_state import look_at
@@ -446,6 +446,49 @@ def test_only_failed_leaves_the_others(folder, tmp_path, run, first_run):
 def test_all_computes_what_is_unchanged(folder, tmp_path, run, first_run):
     first_run(tmp_path / "out")
     assert len(run(folder, tmp_path / "out", which="all")[1]) == 3
+
+
+@pytest.mark.parametrize("is_listed", [False, True])
+def test_a_block_that_cannot_be_read_fails_alone(
+    folder, tmp_path, run, first_run, closed, is_listed
+):
+    """Its row vanished, with status 0, or asked for a report of the program's fault."""
+    out = tmp_path / "out"
+    first_run(out)
+    closed(folder / "block_00", is_listed=is_listed)
+    plan = plan_batch(block_search.find_blocks(folder, out), out)
+    assert "block_00" in plan.reasons
+    table, _ = run(folder, out)
+    row = table.loc["block_00"]
+    assert row["outcome"] == "failed"
+    said = f"{folder / 'block_00'}: cannot be read: permission denied"
+    assert row["reason"] == said
+    assert row["remedy"] == "See to the permissions of the folder"
+    assert table.loc["block_01", "outcome"] == "skipped"
+    assert (out / "block_00" / "points.csv").exists()
+
+
+def test_a_block_file_that_is_a_folder_fails_alone(folder, tmp_path, run):
+    (folder / "f" / "block.toml").mkdir(parents=True)
+    row = run(folder, tmp_path / "out")[0].loc["f"]
+    assert row["outcome"] == "failed"
+    assert row["reason"] == "block.toml: is a folder; expected a file"
+    assert row["remedy"] == "Rename that folder, or remove it"
+
+
+def test_blocks_that_differ_in_case_only_do_not_stop_the_others(folder, tmp_path, run):
+    if (folder / "BLOCK_00").exists():
+        pytest.skip("names that differ in case only are one name here")
+    for name in ("good", "Good"):
+        shutil.copytree(folder / "block_00", folder / name)
+    table, names = run(folder, tmp_path / "out")
+    assert table.loc[["good", "Good"], "outcome"].tolist() == ["failed"] * 2
+    said = f"the blocks {folder / 'Good'} and {folder / 'good'} differ in case only"
+    assert said in table.loc["good", "reason"]
+    assert table.loc["good", "remedy"] == "Rename one of the folders"
+    assert table.loc["block_00", "outcome"] == "done"
+    assert not {"good", "Good"} & {*names}
+    assert not (tmp_path / "out" / "good").exists()
 
 
 def test_points_that_moved_are_listed(folder, tmp_path, run, first_run):

@@ -5,7 +5,11 @@ from pathlib import Path
 import pytest
 
 from einschalt.foundations.errors import FileError, SettingsError
-from einschalt.interfaces.batch.block_search import find_blocks, name_blocks
+from einschalt.interfaces.batch.block_search import (
+    case_twins,
+    find_blocks,
+    name_blocks,
+)
 
 
 @pytest.fixture
@@ -101,9 +105,46 @@ def test_one_block_twice(tree):
 
 
 def test_blocks_beside_each_other_that_differ_in_case_only():
-    said = r"the blocks .*/one/North and .*/one/north differ in case only.*Rename one"
-    with pytest.raises(SettingsError, match=said):
-        name_blocks(["/one/North", "/two/south", "/one/north"])
+    named = name_blocks(["/one/North", "/two/south", "/one/north"])
+    assert list(named) == ["North", "south", "north"]
+    twins = case_twins(named)
+    assert sorted(twins) == ["North", "north"]
+    for error in twins.values():
+        said = "the blocks /one/North and /one/north differ in case only"
+        assert said in str(error)
+        assert "Rename one" in str(error)
+
+
+def test_blocks_below_folders_that_differ_in_case_only_have_names_of_their_own():
+    named = name_blocks(["/one/North/x", "/one/north/x", "/two/x"])
+    assert list(named) == ["North/x", "north/x", "two/x"]
+    assert sorted(case_twins(named)) == ["North/x", "north/x"]
+
+
+def test_a_folder_that_cannot_be_read_counts_as_a_block(tree, closed):
+    closed(tree / "2024" / "north")
+    assert tree / "2024" / "north" in find_blocks(tree)
+    (tree / "lost+found").mkdir()
+    closed(tree / "lost+found")
+    assert tree / "lost+found" not in find_blocks(tree)
+    closed(tree / ".old")
+    assert tree / ".old" not in find_blocks(tree)
+
+
+def test_nothing_is_found_below_a_folder_that_cannot_be_read(tree, closed):
+    closed(tree)
+    with pytest.raises(FileError, match=r"cannot be read: permission denied\. See to"):
+        find_blocks(tree)
+
+
+def test_results_that_cannot_be_read_are_no_block(tree, closed):
+    closed(tree / "2024")
+    assert tree / "2024" not in find_blocks(tree, tree / "2024")
+
+
+def test_a_block_file_that_is_a_folder_is_a_mistake_in_a_block(tree):
+    (tree / "c" / "block.toml").mkdir(parents=True)
+    assert tree / "c" in find_blocks(tree)
 
 
 @pytest.mark.parametrize(

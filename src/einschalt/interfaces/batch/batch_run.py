@@ -19,7 +19,7 @@ from einschalt.foundations.errors import FileError, OutputError, SettingsError
 from einschalt.foundations.language import language
 from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
-from einschalt.interfaces.batch.block_search import name_blocks
+from einschalt.interfaces.batch.block_search import case_twins, name_blocks
 from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
 from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
@@ -91,7 +91,7 @@ def plan_batch(
         states = [_allowed(state, known, overwrite=overwrite) for state in states]
     place = output_of_batch([state.task for state in states], overwrite=overwrite)
     require_free(output, place)
-    sorting = _Sorting(which, marks or {}, place.inputs)
+    sorting = _Sorting(which, marks or {}, place.inputs, case_twins(named))
     for state in states:
         sorting.take(state)
     return BatchPlan(
@@ -134,8 +134,9 @@ def _marks_of_an_interrupted_run(output):
 class _Sorting:
     """Parts blocks that must be computed from those whose row is known."""
 
-    def __init__(self, which, marks, inputs):
+    def __init__(self, which, marks, inputs, twins):
         self.which = which
+        self.twins = twins  # what is wrong with blocks that differ in case only
         self.inputs = inputs
         self.marks = marks
         self.to_run = []
@@ -145,7 +146,9 @@ class _Sorting:
 
     def take(self, state):
         name = state.task.name
-        row = None if self.which == "all" else self._known_row(state)
+        row = self._row_of_twin(name)
+        if row is None and self.which != "all":
+            row = self._known_row(state)
         if row is None:
             row = self._refused_row(state.task)
         if row is None:
@@ -157,6 +160,10 @@ class _Sorting:
         self.rows[name] = row
         if name in self.marks and row["outcome"] != SKIPPED:
             self.new_marks[name] = self.marks[name]
+
+    def _row_of_twin(self, name):
+        twin = self.twins.get(name)
+        return twin and row_of_failure(name, twin, Stage.WRITING.key)
 
     def _refused_row(self, task):
         """Row of a block whose result has no place: nobody computes it in vain."""

@@ -21,6 +21,7 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.projections import label_of, read_crs, read_source_crs
 from einschalt.interfaces.files import elsewhere
+from einschalt.interfaces.files.block_file import block_file
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
@@ -28,7 +29,6 @@ from einschalt.interfaces.files.block_parts import (
     Readers,
 )
 from einschalt.interfaces.files.block_toml import (
-    BLOCK_FILE,
     BlockToml,
     named_file,
     read_block_toml,
@@ -40,9 +40,7 @@ from einschalt.interfaces.files.cut_files import note_on_last_model
 from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import (
     companions,
-    is_there,
     read_once,
-    require_file,
 )
 from einschalt.interfaces.files.points_of_systems import (
     bring,
@@ -89,7 +87,7 @@ def read_block(path, given=None, *, kind=Block, readers=None):
 def find_problems(path, given=None, *, kind=Block, readers=None) -> BlockFindings:
     """Look for everything that is wrong with a block, without raising."""
     try:
-        path = _block_file(path)
+        path = block_file(path)
         file = read_once(path, path.name)
         toml = _understood(file, read_block_toml)
         toml.settings = toml.settings.updated(given or {})
@@ -133,25 +131,6 @@ def _unit_of(section, key):
     if key == "image_points":
         return "mm" if section.camera is None else "px"
     return section.model_unit
-
-
-def _block_file(path):
-    path = Path(path)
-    if path.is_dir():
-        if not (path / BLOCK_FILE).exists():
-            raise FileError(
-                f"the folder holds no {BLOCK_FILE}",
-                expected=f"a folder with {BLOCK_FILE} and its tables",
-                remedy=f"Name the folder of a block, or write {BLOCK_FILE}",
-                file=path,
-            )
-        return require_file(path / BLOCK_FILE, BLOCK_FILE)
-    try:
-        return require_file(path, str(path))
-    except FileError as error:
-        if is_there(path):
-            raise
-        raise error.with_facts(found="there is no such folder or file") from None
 
 
 class _Reading:

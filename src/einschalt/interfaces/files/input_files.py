@@ -135,9 +135,20 @@ def _refused(error, source):
 def is_there(path):
     """Whether there is something of that name, be it readable or not."""
     try:
-        return path.exists()
-    except OSError:  # the system refuses to look, or to take such a name
-        return True
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        return False
+    except OSError as error:  # the system refuses to look, or to take such a name
+        return error.errno != errno.ELOOP
+    return True
+
+
+def is_folder(path):
+    """Whether it is a folder, as far as the system lets one look."""
+    try:
+        return stat.S_ISDIR(Path(path).stat().st_mode)
+    except (OSError, ValueError):
+        return False
 
 
 def _missing(path, source, taken):
