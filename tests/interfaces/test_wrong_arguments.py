@@ -13,6 +13,7 @@ import shapely
 import einschalt as es
 from einschalt.foundations.arguments import as_numbers, as_path, described
 from einschalt.foundations.errors import FileError, SettingsError, TableError
+from einschalt.interfaces.programs import export
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
 ROOT = Path(__file__).parents[2]
@@ -541,3 +542,40 @@ def test_prices_have_a_public_name():
     assert found.plans["cost"].gt(0).all()
     with pytest.raises(es.EinschaltError, match="image = -1"):
         es.PlanCosts(image=-1)
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "x/" * 5000, "ä" * 200])
+def test_a_name_that_no_file_can_have_is_said_once(name, tmp_path, good_result):
+    """The system refuses to look for it: that was an OSError of each function."""
+    long, here = tmp_path / name, tmp_path / "here.dxf"
+    calls = {
+        "path": [lambda: es.read_block(long), lambda: es.read_points(long)],
+        "file": [lambda: es.export(good_result, f"{long}.dxf")],
+        "result": [lambda: es.export(long, here)],
+        "blocks": [
+            lambda: es.densify_many(long, tmp_path),
+            lambda: es.densify_many([long], tmp_path),
+        ],
+        "output": [lambda: es.densify_many([tmp_path], long)],
+        "plan": [lambda: es.simulate_plan(long)],
+        "folder": [lambda: es.simulate_block("demo").write(long)],
+    }
+    for argument, functions in calls.items():
+        for function in functions:
+            with pytest.raises(FileError) as refused:
+                function()
+            assert str(refused.value).startswith(f"{argument} = ")
+            assert "can be no file: file name too long. Correct" in str(refused.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_too_long_for_what_belongs_to_the_file(
+    tmp_path, good_result, monkeypatch
+):
+    def write(_handed, path):
+        path.with_name(f"{path.stem}_names.csv").write_text("")
+
+    monkeypatch.setitem(export.WRITERS, ".con", write)
+    with pytest.raises(FileError, match="cannot be written: file name too long"):
+        es.export(good_result, tmp_path / f"{'p' * 251}.con")
+    assert list(tmp_path.iterdir()) == []

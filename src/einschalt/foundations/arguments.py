@@ -4,7 +4,9 @@ A call with a value of a wrong kind ends with an :class:`EinschaltError` that na
 the argument, as a wrong cell of a table does, and not with a TypeError from inside.
 """
 
+import errno
 import os
+from contextlib import suppress
 from numbers import Real
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import numpy as np
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
+from einschalt.foundations.system_errors import reason_of
 from einschalt.foundations.value_descriptions import described
 
 StrPath = str | os.PathLike[str]
@@ -94,9 +97,23 @@ def as_path(name, value):
     """Take an argument as the path of a file or folder."""
     path = os.fspath(value) if isinstance(value, os.PathLike) else value
     if isinstance(path, str) and path and "\0" not in path:
+        _require_possible(name, path)
         return Path(path)
     raise FileError(
         f"{name} = {described(value)}",
         expected="the path of a file or folder, as text or Path",
         remedy='Write it in quotes: "out/block"',
     )
+
+
+def _require_possible(name, path):
+    """Refuse a path that the system takes for no file, whoever would ask for it."""
+    with suppress(ValueError):
+        try:
+            Path(path).lstat()
+        except OSError as error:
+            if error.errno == errno.ENAMETOOLONG:
+                raise FileError(
+                    f"{name} = {described(path)} can be no file: {reason_of(error)}",
+                    remedy="Correct the name",
+                ) from error

@@ -15,6 +15,7 @@ from einschalt.foundations.errors import (
     SettingsError,
     raise_problems,
 )
+from einschalt.interfaces.files.atomic import said_as_file_error
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.table_output import write_file
 from einschalt.interfaces.files.written_files import Source
@@ -146,7 +147,8 @@ def _written(handed, path, write, output):
     """Write a file, and what belongs to it, each whole or not at all."""
     with tempfile.TemporaryDirectory(prefix="einschalt-export-") as folder:
         whole = Path(folder) / path.name
-        notes = write(handed, whole) or ()
+        with said_as_file_error(path):  # what belongs to it may have too long a name
+            notes = write(handed, whole) or ()
         made = sorted(Path(folder).iterdir(), key=lambda one: one != whole)
         for one in made:
             write_file(path.with_name(one.name), output, _copying(one))

@@ -14,6 +14,7 @@ from pathlib import Path
 from einschalt.foundations.errors import FileError, name_some
 from einschalt.interfaces.files.input_files import (
     ReadFile,
+    is_folder,
     is_there,
     read_once,
     require_file,
@@ -160,7 +161,7 @@ def reader_of(path, name=None):
     file, path = path, Path(path)
     if name is not None:
         return _named(name)
-    if path.is_dir():
+    if is_folder(path):
         return _of_folder(path)
     if not is_there(path):
         require_file(path, path.name)
