@@ -135,8 +135,8 @@ def test_settings_are_options(first, invoke, blocks):
     [
         (["--resume", "--all"], "--resume and --all exclude each other"),
         (["--workers", "0"], "workers = 0; expected a whole number from 1 to 1024"),
-        (["--memory", "-1"], "memory_gb = -1.0; expected a number above 0"),
-        (["--memory", "inf"], "memory_gb = inf; expected a number above 0"),
+        (["--memory", "-1"], "--memory = -1; expected a number above 0"),
+        (["--memory", "inf"], "--memory = inf; expected a number above 0"),
         (["--significance", "2"], "significance = 2.0"),
         (
             ["--scheduler", "tcp://a:1", "--workers", "2"],

@@ -269,7 +269,7 @@ def test_a_tolerance_is_an_option_and_stands_in_the_tables(
     assert "Tolerance 7.0 cm" in (tmp_path / "report.html").read_text(encoding="utf-8")
     shown = invoke(*call, "-1")
     assert shown.exit_code == 2
-    assert "[settings] tolerance = '-1'; expected none, vermv_1994" in shown.stderr
+    assert "einschalt: --tolerance = '-1'; expected none, vermv_1994" in shown.stderr
 
 
 @pytest.fixture

@@ -238,6 +238,35 @@ def test_errors_of_files_keep_the_names_of_the_file():
     assert as_typed(advised).remedy == "Raise --scale, not point_id"
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--memory", "0", "a number above 0 (gigabytes for each process)"),
+        ("--time-limit", "0", "a number above 0 (seconds for each task)"),
+        ("--tolerance", "'1e9'", "none, vermv_1994"),
+        ("--crs-epoch", "'3'", "a decimal year from 1900"),
+    ],
+)
+def test_a_batch_names_options_and_not_what_they_become(
+    invoke, block_folder, option, value, expected
+):
+    call = ("batch", block_folder, *OUT, "--dry-run", option, value.strip("'"))
+    start = f"einschalt: {option} = {value}; "
+    assert invoke(*call).stderr.startswith(f"{start}expected {expected}")
+    assert invoke(*call, "--language", "de").stderr.startswith(f"{start}erwartet: ")
+    (problem,) = json.loads(invoke(*call, "--json").stdout)["problems"]
+    assert problem["found"] == f"{option} = {value}"
+
+
+def test_settings_of_block_toml_keep_their_names():
+    remember_typed([_Option("tolerance", "--tolerance")], ["--tolerance", "1"])
+    facts = {"section": "settings", "key": "tolerance"}
+    wrong = SettingsError("[settings] tolerance = 2", file="block.toml", **facts)
+    assert as_typed(wrong) is wrong
+    other = SettingsError("[settings] grids = 2", section="settings", key="grids")
+    assert as_typed(other) is other
+
+
 def test_a_wrong_price_is_told_in_words_that_can_be_typed(invoke):
     call = ["plan", "--target", "5cm", "--costs", "foo=3"]
     said = invoke(*call).stderr

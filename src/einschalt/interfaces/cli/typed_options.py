@@ -23,10 +23,13 @@ OTHER_NAMES = {
     "m_g_um": "low_m_g_um",
     "kind": "transformation",
     "n_repetitions": "repeat",
+    "memory_gb": "memory",
+    "time_limit_s": "time_limit",
 }
 OTHER_NAMES |= {
     new: old for old, new in OTHER_NAMES.items() if "gross_error" not in new
 }
+SETTINGS = "settings"  # section of block.toml whose keys are options as well
 PRICES = ("image", "model", "setting", "control_point")
 # of a message, or of one of several
 NAME_AT_FIRST = re.compile(
@@ -93,6 +96,9 @@ def as_typed(error):
     error = _once(error)
     if isinstance(error, BlockError):
         return BlockError([as_typed(problem) for problem in error.problems])
+    if _is_of_typed_setting(error):
+        found = _with_typed_settings(error.found, [error])
+        return error.with_facts(found=found, section=None, key=None)
     if _is_of_file(error):
         return error
     texts = {name: getattr(error, name) for name in ("found", "expected", "remedy")}
@@ -108,7 +114,9 @@ def told_as_typed(error) -> str:
     error = _once(error)
     is_price = getattr(error, "found", "").partition(" ")[0] in PRICES
     text = told(as_typed(error) if is_price else error)
-    if any(map(_is_of_file, getattr(error, "problems", (error,)))):
+    problems = getattr(error, "problems", (error,))
+    text = _with_typed_settings(text, filter(_is_of_typed_setting, problems))
+    if any(map(_is_of_file, problems)):
         return text
     text = NAME_AT_FIRST.sub(_named, _with_typed_words(text))
     return WHOLE.sub(r"\1", NAME_WITHIN.sub(_word_of, text))
@@ -127,6 +135,18 @@ def _once(error):
 
 def _is_of_file(error):
     return error.file is not None or error.section is not None
+
+
+def _is_of_typed_setting(error):
+    """Whether it is about a setting of the command line, which goes before the file."""
+    is_said = error.section == SETTINGS and error.file is None
+    return is_said and error.key in typed_options().typed
+
+
+def _with_typed_settings(text, errors):
+    for error in errors:
+        text = text.replace(f"[{SETTINGS}] {error.key} ", f"{option_of(error.key)} ")
+    return text
 
 
 def _named(found):
