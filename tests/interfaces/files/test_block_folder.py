@@ -420,3 +420,16 @@ def test_the_tolerance_comes_back(demo_block, tmp_path, tolerance):
     settings = Settings(tolerance=tolerance)
     write_block(replace(demo_block, settings=settings), tmp_path / "block")
     assert read_block(tmp_path / "block").settings == settings
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("grids", "nowhere"), ("crs_operation", "EPSG:1619"), ("crs_epoch", 2020.0)],
+)
+def test_a_way_that_no_points_take_is_told(tmp_path, name, value):
+    write_block(simulate_block("demo"), tmp_path)
+    (note,) = read_block(tmp_path, {name: value}).notes
+    assert note.startswith(f"{name} = {value} is not used: no points come from another")
+    assert read_block(tmp_path, {"crs_accuracy_m": 1.0}).notes == ()
+    to_other = {"output_crs": "EPSG:31256", name: value}
+    assert read_block(tmp_path, to_other).notes == ()

@@ -1,11 +1,19 @@
 """The suffix of a table tells its format."""
 
+import re
+
 import pandas as pd
 import pytest
 
+import einschalt as es
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.tables import Column, Schema
-from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
+from einschalt.interfaces.files.tables_by_suffix import (
+    read_table,
+    understand_table,
+    write_table,
+)
+from einschalt.interfaces.files.understood_tables import Said
 
 SCHEMA = Schema("points", (Column("point_id", "id"), Column("x")), key=("point_id",))
 
@@ -43,3 +51,23 @@ def test_other_suffixes_are_refused(tmp_path, name, said):
     with pytest.raises(FileError, match=said):
         write_table(pd.DataFrame({"x": [1.0]}), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "suffix", "kinds"),
+    [
+        ("layer", ".csv", ".gpkg or .shp or .geojson"),
+        ("layer", ".parquet", ".gpkg or .shp or .geojson"),
+        ("sheet", ".csv", ".xlsx or .ods"),
+    ],
+)
+def test_a_part_of_a_file_that_has_none_is_refused(tmp_path, key, suffix, kinds):
+    write_table(FRAME, tmp_path / f"t{suffix}")
+    said = (
+        f"t{suffix}: {key} = 'x' is said of a {suffix} file, which has none; expected "
+        f"{key} of {kinds} alone. Leave {key} out"
+    )
+    with pytest.raises(FileError, match=re.escape(said)):
+        es.read_points(tmp_path / f"t{suffix}", **{key: "x"})
+    with pytest.raises(FileError, match=re.escape(said)):
+        understand_table(tmp_path / f"t{suffix}", SCHEMA, Said(**{key: "x"}))

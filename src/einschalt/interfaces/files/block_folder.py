@@ -57,6 +57,7 @@ from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.scales import coarse_digits
 from einschalt.pipeline.block.ways_between_systems import (
     demand_of,
+    notes_of_unused,
     standard_errors_of,
     with_one_error,
 )
@@ -150,8 +151,11 @@ class _Reading:
         sections = self.toml.sections
         block, approximate = map(sections.get, ("block", "approximate_points"))
         self.crs = block.crs if block else None
+        points = {name: self._points(name) for name in POINT_TABLES}
+        if not (self.axes_told or self.toml.problems or self.toml.settings.output_crs):
+            self.notes += notes_of_unused(self.toml.settings)
         return {
-            **{name: self._points(name) for name in POINT_TABLES},
+            **points,
             **{name: self._flight(name) for name in FLIGHTS},
             "approximate_m_0_m": approximate.m_0_m if approximate else None,
             "crs": self.crs,

@@ -34,6 +34,7 @@ def understand_table(
     """
     source = source or Path(path).name
     suffix = _known_suffix(path, source, READ_SUFFIXES)
+    _refuse_part_of_another_kind(suffix, said, source)
     if suffix in point_layers.SUFFIXES:
         read = partial(point_layers.understand_layer, beside=beside)
     elif suffix in workbooks.SUFFIXES:
@@ -41,6 +42,19 @@ def understand_table(
     else:
         read = understand_csv if suffix in CSV_SUFFIXES else understand_parquet
     return read(path, schema, said, source=source)
+
+
+def _refuse_part_of_another_kind(suffix, said, source):
+    """A layer of a table that has none was meant of another file."""
+    for key, kinds in (("layer", point_layers.SUFFIXES), ("sheet", workbooks.SUFFIXES)):
+        name = getattr(said, key)
+        if name is not None and suffix not in kinds:
+            raise FileError(
+                f"{key} = {name!r} is said of a {suffix} file, which has none",
+                expected=f"{key} of {' or '.join(kinds)} alone",
+                remedy=f"Leave {key} out, or name another file",
+                file=source,
+            )
 
 
 def write_table(frame, path):

@@ -30,6 +30,18 @@ def demand_of(settings, standard_errors):
     return Demand(SHARE_OF_ERROR * size, reason, **how)
 
 
+def notes_of_unused(settings):
+    """Notes on what is asked of ways between systems, where no points take one."""
+    asked = ("crs_operation", "crs_epoch", "grids")
+    given = {name: getattr(settings, name) for name in asked}
+    return [
+        f"{name} = {value} is not used: no points come from another reference system, "
+        "and no output_crs is given"
+        for name, value in given.items()
+        if value not in ("", None)
+    ]
+
+
 def standard_errors_of(checked, default):
     """TOTAL standard errors of points, in whichever columns they stand [m].
 
