@@ -75,13 +75,16 @@ class Trials:
     def models_without(self, found, m_0, limit):
         """Coverage, model_id and m_0 of models that fit badly, the worst first.
 
-        Without those of trials that were ``found``, at most ``MOST_SEARCHED``; ``m_0``
-        of each trial's model as it was measured, ``limit`` what is not bad [m].
+        Without those of trials that were ``found``; none where they are more than
+        ``MOST_SEARCHED``, which wrong ground does, and not the names of one model.
+        ``m_0`` of each trial's model as it was measured, ``limit`` what is not bad [m].
         """
         trial = np.unique(self.model, return_index=True)[1]
         trial = trial[~np.isin(self.model[trial], self.model[found])]
         trial = trial[m_0[trial] > limit]
-        trial = trial[np.argsort(-m_0[trial], kind="stable")][:MOST_SEARCHED]
+        if len(trial) > MOST_SEARCHED:
+            return []
+        trial = trial[np.argsort(-m_0[trial], kind="stable")]
         return [(*self.named(k)[:2], m_0[k]) for k in trial]
 
 
