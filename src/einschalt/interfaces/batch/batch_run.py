@@ -20,7 +20,7 @@ from einschalt.foundations.language import language
 from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
 from einschalt.interfaces.batch.block_search import case_twins, name_blocks
-from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
+from einschalt.interfaces.batch.block_state import SAID, look_at
 from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.files.atomic import (
@@ -34,6 +34,7 @@ from einschalt.interfaces.files.output_folder import (
     refuse_block_folder,
     require_free,
 )
+from einschalt.interfaces.files.plain_json import read_own_json
 from einschalt.interfaces.files.written_files import MARKS, names_of_batch, sealed_text
 from einschalt.pipeline.batch.block_table import (
     DONE,
@@ -127,7 +128,7 @@ def _require_folder(output):
 
 
 def _marks_of_an_interrupted_run(output):
-    marks = (read_json(output / MARKS) or {}).get("blocks")
+    marks = (read_own_json(output / MARKS) or {}).get("blocks")
     return marks if isinstance(marks, dict) else None
 
 

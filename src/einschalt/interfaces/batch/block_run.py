@@ -12,7 +12,7 @@ from time import perf_counter
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import written_in
-from einschalt.interfaces.batch.block_state import read_json, result_since
+from einschalt.interfaces.batch.block_state import result_since
 from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
@@ -24,6 +24,7 @@ from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import require_free
+from einschalt.interfaces.files.plain_json import read_own_json
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, evidence_of
 from einschalt.interfaces.programs.block_tables import read_block
@@ -85,7 +86,7 @@ def _run(task, progress):
             with said_as_file_error(task.folder / FAILURE):
                 (task.folder / FAILURE).unlink()
         # read while nobody else may write it
-        row = row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
+        row = row_of_result(task, DONE, read_own_json(task.folder / PROVENANCE))
         return {**row, "reason": why}
 
 

@@ -6,12 +6,12 @@ part, so that a wrong clock spoils nothing. What cannot be understood, since ano
 program has written into it, counts as not there.
 """
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from einschalt.interfaces.batch.block_task import BlockTask, task_of
-from einschalt.interfaces.files.input_files import checksum_or_none, is_endless
+from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.plain_json import read_own_json
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE
 from einschalt.pipeline.settings import with_present_words
 
@@ -81,7 +81,7 @@ def whole_result(folder) -> dict | None:
 
     The comparison with the run before is no part of it.
     """
-    provenance = read_json(folder / PROVENANCE)
+    provenance = read_own_json(folder / PROVENANCE)
     if provenance is None or not _is_provenance(provenance):
         return None
     is_whole = all(
@@ -126,21 +126,10 @@ def _are_texts(values):
 
 def read_failure(folder) -> dict | None:
     """What failure.json tells; None where the last run of the block did not fail."""
-    failure = read_json(folder / FAILURE)
+    failure = read_own_json(folder / FAILURE)
     if failure is None or not _are_texts(failure.get(key) for key in SAID):
         return None
     return failure
-
-
-def read_json(path) -> dict | None:
-    """Read a JSON file of ours; None where it is missing or damaged."""
-    try:
-        is_read = path.is_file() and not is_endless(path)
-        content = json.loads(path.read_bytes()) if is_read else None
-    # brackets may be nested more deeply than Python can follow
-    except (OSError, ValueError, RecursionError):
-        return None
-    return content if isinstance(content, dict) else None
 
 
 def _why(provenance, task):

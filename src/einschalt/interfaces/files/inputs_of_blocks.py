@@ -3,12 +3,12 @@
 A command that never read a block must not replace what another one is computed from.
 """
 
-import json
 import tomllib
 from pathlib import Path
 
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.input_files import companions, is_endless
+from einschalt.interfaces.files.plain_json import read_own_json
 
 
 def block_reading(path) -> Path | None:
@@ -27,8 +27,9 @@ def block_reading(path) -> Path | None:
 
 def _named_by(toml):
     """All files that the texts of a block.toml could lead to, resolved."""
-    data = _read(toml)
-    if data is None:
+    try:
+        data = toml.read_bytes() if toml.is_file() and not is_endless(toml) else b""
+    except (OSError, ValueError):  # nothing in it can be read
         return set()
     try:
         texts = _texts(tomllib.loads(data.decode("utf-8-sig")))
@@ -58,17 +59,8 @@ def _files_of(folder, text):
 
 def signs_of_inputs(provenance) -> set[str]:
     """SHA-256 of all inputs that a provenance.json lists; none where it is damaged."""
+    listed = (read_own_json(Path(provenance)) or {}).get("inputs", ())
     try:
-        listed = json.loads(_read(Path(provenance)) or b"{}").get("inputs", ())
         return {one["sha256"] for one in listed if isinstance(one["sha256"], str)}
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
+    except (KeyError, TypeError):
         return set()
-
-
-def _read(path):
-    """Bytes of a small file; None where it is missing, or cannot be read."""
-    try:
-        is_read = path.is_file() and not is_endless(path)
-        return path.read_bytes() if is_read else None
-    except (OSError, ValueError):
-        return None

@@ -8,7 +8,7 @@ import pandas as pd
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import MISSING, length, length_column
-from einschalt.interfaces.batch.block_state import read_json
+from einschalt.interfaces.files.plain_json import read_own_json
 from einschalt.interfaces.files.written_files import PROVENANCE, evidence_of
 from einschalt.interfaces.local_page.drawings import vectors
 from einschalt.interfaces.local_page.refusals import RefusedError
@@ -83,7 +83,7 @@ def compare(first, second) -> Comparison:
 def _read(folder):
     """What provenance.json says of a result, and its points."""
     evidence = evidence_of(folder)
-    facts = read_json(folder / PROVENANCE)
+    facts = read_own_json(folder / PROVENANCE)
     is_whole = all(map(evidence.vouches_for, (PROVENANCE, POINTS)))
     if not is_whole or "figures" not in facts:
         raise RefusedError(

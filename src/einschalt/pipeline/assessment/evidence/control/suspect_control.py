@@ -314,10 +314,10 @@ class SuspectControl:
         control = self.adjustment.control
         out = control[control["is_set_aside"]]
         in_plan = values_of(out, ["strain_easting", "strain_northing"])
-        squares = [np.nanmean((in_plan**2).sum(axis=1))]
-        if "strain_height" in out:
-            squares.append(np.nanmean(out["strain_height"] ** 2))
-        return float(np.sqrt(squares[0])), float(np.sqrt([*squares, 0.0][1]))
+        plan = np.nanmean((in_plan**2).sum(axis=1))
+        has_heights = "strain_height" in out
+        height = np.nanmean(out["strain_height"] ** 2) if has_heights else 0.0
+        return float(np.sqrt(plan)), float(np.sqrt(height))
 
     @property
     def _share_in_doubt(self):
