@@ -53,20 +53,27 @@ def right_order(model, limit) -> RightOrder | None:
         None where no order comes down to the limit, where the best leaves no less than
         a fifth of what fewer mistakes leave, and where chance might do it: residuals of
         any other kind are a share q of what they were with the probability q^r, r
-        their redundancy, for each order that was tried.
+        their redundancy, for each order that was tried. And where the model is right
+        without its worst point.
     """
-    own = np.arange(len(model.names))[None]
-    least, _ = model.fits(own)
-    least, n_tried = least[0], 0
+    least = model.fits(model.own)[0][0]
+
+    def is_right(m_0, redundancy, n_tried):
+        share = max(m_0 / least, np.finfo(float).tiny)
+        log_chance = redundancy * np.log(share) + np.log(n_tried)
+        is_enough = m_0 <= min(limit, least / LEAST_IMPROVEMENT)
+        return is_enough and log_chance <= np.log(FINDING_SIGNIFICANCE)
+
+    # one wrong point is no matter of names
+    if model.n_known and is_right(*model.fit_without_worst(), model.n_known):
+        return None
+    n_tried = 0
     for orders, m_0, redundancy, is_slip in _rounds(model):
         n_tried += len(orders)
         if not np.isfinite(m_0).any():
             continue
         best = int(np.nanargmin(m_0))
-        is_enough = m_0[best] <= min(limit, least / LEAST_IMPROVEMENT)
-        share = max(m_0[best] / least, np.finfo(float).tiny)
-        log_chance = redundancy[best] * np.log(share)
-        if is_enough and log_chance + np.log(n_tried) <= np.log(FINDING_SIGNIFICANCE):
+        if is_right(m_0[best], redundancy[best], n_tried):
             order = model.told_apart(orders, best)
             return RightOrder(order, float(m_0[best]), is_slip)
         least = np.nanmin([least, m_0[best]])
@@ -75,11 +82,10 @@ def right_order(model, limit) -> RightOrder | None:
 
 def _rounds(model):
     """Orders of each round with their m_0 [m] and redundancy, and whether of a slip."""
-    n = len(model.names)
-    slips = slipped_orders(n)
+    slips = slipped_orders(len(model.names))
     if len(slips) * model.n_known <= MOST_ROWS:
         yield slips, *model.fits(slips), True
-    kept = np.arange(n)[None]
+    kept = model.own
     for _ in range(MOST_EXCHANGES):
         # what is left of a mistake hides another, smaller one
         orders = _with_exchanges(kept, model.worst_rows(kept))
@@ -144,6 +150,11 @@ class OneModel:
         self._of_all = pd.concat([self._ground, self._others], ignore_index=True)
 
     @property
+    def own(self):
+        """The order of the rows as they were measured, (1, n_rows)."""
+        return np.arange(len(self.names))[None]
+
+    @property
     def n_known(self):
         """Number of rows whose names have coordinates on the ground."""
         return int(self._is_known.sum())
@@ -154,6 +165,14 @@ class OneModel:
         NaN where it has none.
         """
         return self._fits(orders, self._is_known, self._ground)
+
+    def fit_without_worst(self):
+        """m_0 [m] and redundancy as it was measured, without its worst known point."""
+        worst = self.worst_rows(self.own)[0]
+        is_used = self._is_known.copy()
+        is_used[worst[self._is_known[worst]][:1]] = False
+        m_0, redundancy = self._fits(self.own, is_used, self._ground)
+        return m_0[0], redundancy[0]
 
     def _fits(self, orders, is_known, ground):
         m_0, redundancy = np.full((2, len(orders)), np.nan)
