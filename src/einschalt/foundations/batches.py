@@ -215,8 +215,9 @@ def over_segments(kernel, start, *arrays, work_of_row=1.0):
     """
     n_segments = len(start) - 1
     n_rows = int(start[-1]) if n_segments else 0
-    n_workers = n_cores()
-    if n_rows * work_of_row < ROWS_WORTH_A_THREAD or n_workers == 1:
+    # to ask for the cores takes longer than many a small kernel
+    is_small = n_rows * work_of_row < ROWS_WORTH_A_THREAD
+    if is_small or (n_workers := n_cores()) == 1:
         kernel(0, n_segments, start, *arrays)
         return
     # four ranges per worker even out models of different size

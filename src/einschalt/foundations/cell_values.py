@@ -142,22 +142,16 @@ def whole_text(value):
     return str(int(value)) if is_whole else str(value)
 
 
-def notes_on_digits(frame, names, source):
-    """Say of which columns the numbers have too few digits for what they hold.
-
-    Of those of ``names`` that the table has once.
-    """
-    notes = []
-    for name in frame.columns[frame.columns.isin(names)].unique():
-        column = frame[name]
-        kind = column.dtype if column.ndim == 1 else np.dtype(float)
-        if not (pd.api.types.is_float_dtype(kind) and kind.itemsize < BYTES_OF_DOUBLE):
-            continue
-        values = column.to_numpy(f"f{kind.itemsize}", na_value=np.nan)
-        largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-        if (apart := np.spacing(largest)) > COARSE:
-            notes.append(
-                f"{source}: numbers of {8 * kind.itemsize} bits in column {name} are "
-                f"as far as {apart:.2g} apart. Give numbers of 64 bits"
-            )
-    return notes
+def note_on_digits(column, source) -> str | None:
+    """Say that the numbers of a column have too few digits for what they hold."""
+    kind = column.dtype
+    if not (pd.api.types.is_float_dtype(kind) and kind.itemsize < BYTES_OF_DOUBLE):
+        return None
+    values = column.to_numpy(f"f{kind.itemsize}", na_value=np.nan)
+    largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    if (apart := np.spacing(largest)) <= COARSE:
+        return None
+    return (
+        f"{source}: numbers of {8 * kind.itemsize} bits in column {column.name} are "
+        f"as far as {apart:.2g} apart. Give numbers of 64 bits"
+    )

@@ -230,14 +230,16 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     names = list(frame.columns)
     ignored = [name for name in names if name not in schema.names]
     notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
-    notes += cell_values.notes_on_digits(frame, schema.names, source)
     columns = {}
     seen = _seen_names(frame, schema)
     for column in schema.columns:
         if names.count(column.name) == 1:
-            values, faults = _check_values(frame, column, source, seen)
+            raw = frame[column.name]
+            values, faults = _check_values(frame, raw, column, source, seen)
             columns[column.name] = values
             problems += faults
+            if coarse := cell_values.note_on_digits(raw, source):
+                notes.append(coarse)
         elif column.name not in names and column.default is not None:
             everywhere = np.zeros(len(frame), dtype=np.intp)
             columns[column.name] = pd.array([column.default], "str").take(everywhere)
@@ -338,8 +340,7 @@ def _missing_column(name, names, schema, source, header):
     )
 
 
-def _check_values(frame, column, source, seen):
-    raw = frame[column.name]
+def _check_values(frame, raw, column, source, seen):
     if column.kind == "number":
         values, is_bad, say = cell_values.numbers(raw, column)
     elif column.kind == "choice":
