@@ -273,6 +273,8 @@ def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
     table = read_text(tmp_path, f"{head}A,1,2,Paßpunkt\nB,1,2,Neupunkt\n")
     assert table.frame["point_id"].tolist() == ["A"]
     assert "1 row of role Neupunkt left out" in table.notes[-1]
+    with pytest.raises(TableError, match=r"all points have the role Neupunkt, new;"):
+        read_text(tmp_path, f"{head}A,1,2,new\nB,1,2,Neupunkt\n")
     table = read_text(tmp_path, f"{head}A,1,2,Bolzen\nB,1,2,Stein\n")
     assert list(table.frame) == ["point_id", "easting", "northing", "Art"]
     assert table.notes == ()
@@ -656,3 +658,14 @@ def test_integers_that_no_float_holds_are_a_sentence(place, tmp_path):
     (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
     with pytest.raises(EinschaltError, match=r"t\.geojson, row 1, point A: .* inf"):
         es.read_points(tmp_path / "t.geojson")
+
+
+def test_new_points_of_our_own_results_are_no_control(good_result, tmp_path):
+    path = tmp_path / "points.csv"
+    good_result.points.to_csv(path, index=False)
+    points = es.read_points(path)
+    known = good_result.points[good_result.points["role"] != "new"]
+    assert points["point_id"].tolist() == known["point_id"].tolist()
+    n_new = len(good_result.points) - len(known)
+    note = f"points.csv: {n_new} rows of role new left out: new points are no control."
+    assert any(one.startswith(note) for one in points.attrs["notes"])

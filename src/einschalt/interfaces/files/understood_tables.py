@@ -356,7 +356,12 @@ def _with_roles(frame, meant, source):
     """The frame with roles as they are called here, without new points."""
     words = frame[ROLE].astype(object).where(frame[ROLE].notna(), "").astype(str)
     known = {word: _role(word) for word in words.unique()}
-    foreign = {w: role for w, role in known.items() if role and w.strip() != role}
+    # our own results call new points so as well
+    foreign = {
+        word: role
+        for word, role in known.items()
+        if role and (role == NEW or word.strip() != role)
+    }
     is_translated = ROLE in meant.translated
     if is_translated and not any(known.values()):
         # another kind of kind, such as that of the monument
@@ -371,9 +376,16 @@ def _with_roles(frame, meant, source):
     notes = [f"{source}: role {name_some(said, 8)}"] if said else []
     if is_new.any():
         kinds = name_some(sorted({w.strip() for w, r in known.items() if r == NEW}))
+        if is_new.all():
+            raise TableError(
+                f"all points have the role {kinds}; new points are no control",
+                expected="control or check points",
+                remedy="Give those the role control that are",
+                file=source,
+            )
         notes.append(
             f"{source}: {count(int(is_new.sum()), 'row')} of role {kinds} left out: "
-            "new points are no control"
+            "new points are no control. Give those the role control that are"
         )
     return kept, notes
 

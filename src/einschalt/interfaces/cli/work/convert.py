@@ -184,7 +184,9 @@ def _convert_table(found, given, output):
 
 def _crs_line(crs):
     """The line of block.toml that names a system, and what it is."""
-    key = tomli_w.dumps({"crs": crs}).rstrip("\n")  # WKT has quotes
+    # by its code where that says all; the text of a system may fill the screen
+    name = crs if read_source_crs(crs).is_bound else code_of(crs)
+    key = tomli_w.dumps({"crs": name}).rstrip("\n")  # WKT has quotes
     return f"{key}  # {label_of(crs)}"
 
 
