@@ -11,6 +11,8 @@ from scipy.optimize import least_squares
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.language import written_in
+from einschalt.foundations.typesetting import length
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.simultaneous.adjustment import simultaneous_adjustment
@@ -140,6 +142,26 @@ def test_gives_the_tables_that_are_promised(adjusted):
     )
     assert str(adjusted) == adjusted.summary()
     assert "simultaneous adjustment of" in adjusted.summary()
+
+
+def test_check_points_are_called_so_and_compared(block, adjusted):
+    given = block.control_points.set_index("point_id")
+    points = adjusted.points.set_index("point_id")
+    check = points[points["role"] == "check"]
+    assert set(check.index) == set(given.index[given["role"] == "check"])
+    missed = (
+        check[["easting", "northing"]] - given.loc[check.index, ["easting", "northing"]]
+    )
+    found = check[["difference_easting", "difference_northing"]]
+    np.testing.assert_array_equal(found.to_numpy(), missed.to_numpy())
+    new = points[~points.index.isin(given.index)]
+    assert (new["role"] == "new").all()
+    assert new["difference_easting"].isna().all()
+    size = length(np.sqrt((missed**2).sum(axis=1).mean()))
+    said = f"{len(check)} check points off by {size} (total, RMS)"
+    assert said in adjusted.summary().splitlines()
+    with written_in("de"):
+        assert f"{len(new)} Neupunkte, " in adjusted.summary()
 
 
 def test_parameters_transform_the_models_onto_the_points(block, adjusted):

@@ -1,6 +1,7 @@
 """The simultaneous adjustment of a block: both flights and the control at once."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from einschalt.foundations.arguments import (
     require_kind,
 )
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
+from einschalt.foundations.frame_columns import with_columns
 from einschalt.pipeline.block.block import Block, with_errors_as_shown
 from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
@@ -94,7 +96,7 @@ def adjust_block(
     Every measured coordinate is an observation with the standard error m_g · scale
     number / √2 on the ground, smaller by the root of its settings; every control point
     is an observation with its own standard error, or held where it has none. Check
-    points are adjusted as new points.
+    points are adjusted as new points, and compared.
 
     Parameters
     ----------
@@ -159,7 +161,30 @@ def adjust_block(
     block = with_errors_as_shown(block, outliers)
     if block.settings.earth_curvature == "treated":
         oriented = bend_for_adjustment(block, oriented, kinds)
-    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+    adjusted = simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+    return _with_check_points(adjusted, block.control_points)
+
+
+def _with_check_points(adjusted, given):
+    """The adjustment that says which of its points are check points, and how far off.
+
+    By adjusted less given coordinates [m].
+    """
+    points = adjusted.points
+    checks = given[given["role"] == "check"].set_index("point_id")
+    place = checks.index.get_indexer(points["point_id"])
+    rows = np.flatnonzero(place >= 0)
+    if not len(rows):
+        return adjusted
+    columns = {"role": points["role"].to_numpy(dtype=object, copy=True)}
+    columns["role"][rows] = "check"
+    for difference in DIFFERENCES:
+        name = difference.removeprefix("difference_")
+        if difference in points and name in checks:
+            columns[difference] = points[difference].to_numpy(copy=True)
+            known = checks[name].to_numpy()[place[rows]]
+            columns[difference][rows] = points[name].to_numpy()[rows] - known
+    return replace(adjusted, points=with_columns(points, **columns))
 
 
 def _deformation(value):

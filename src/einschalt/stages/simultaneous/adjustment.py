@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.results import Estimates, ModelResult, failures_table
@@ -32,6 +31,7 @@ from einschalt.stages.simultaneous.own_deformation import (
     is_detected,
 )
 from einschalt.stages.simultaneous.shared_control import with_group_sizes
+from einschalt.stages.simultaneous.summary_text import summary_text
 from einschalt.stages.simultaneous.tables import (
     common_table,
     control_table,
@@ -108,10 +108,11 @@ class BlockAdjustment(ModelResult):
     points : DataFrame
         point_id, easting, northing, standard_error_easting, standard_error_northing,
         covariance_en, standard_error_total, n_models, n_coverages, spread_total, role
-        (new, control), difference_easting, difference_northing (adjusted minus given)
-        [m]; of spatial models also height, standard_error_height, covariance_eh,
-        covariance_nh, difference_height. Standard errors take the errors of the
-        observations as given (σ_0 = 1); of models from images those of the image
+        (new, control, and of a Block check), difference_easting, difference_northing
+        (adjusted minus given) [m]; of spatial models also height,
+        standard_error_height, covariance_eh, covariance_nh, difference_height. Standard
+        errors take the errors of the observations as given (σ_0 = 1); of models from
+        images those of the image
         points, drawn 800 times (known to 2.5 %).
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy (sum of the
@@ -217,33 +218,7 @@ class BlockAdjustment(ModelResult):
 
     def summary(self) -> str:
         """Say how good the points are, and what contradicts."""
-        points, models = self.points, self.models
-        new = points[points["role"] == "new"]
-        n_usable = int(models["is_usable"].sum())
-        total = np.sqrt(np.mean(new["standard_error_total"] ** 2)) if len(new) else 0.0
-        s_0 = typesetting.number(self.s_0)
-        size = f"{n_usable} models, {len(points)} points, redundancy {self.redundancy}"
-        lines = [
-            f"simultaneous adjustment of {size}",
-            f"s_0 = {s_0} (1 where the errors are as large as given)",
-        ]
-        if len(new):
-            lines.append(
-                f"{len(new)} new points, {typesetting.length(total)} (total, RMS)"
-            )
-        suspects = self.control[self.control["is_suspect"]]
-        if len(suspects):
-            aside = " and are set aside" if suspects["is_set_aside"].any() else ""
-            lines.append(
-                f"{len(suspects)} of {len(self.control)} control points disagree with "
-                f"the block{aside}: {name_some(suspects['point_id'])}"
-            )
-        if len(self.failures):
-            lines.append(
-                f"{len(self.failures)} of {len(models)} models could not be "
-                f"determined: {self.failures['reason'].iloc[0]}"
-            )
-        return "\n".join(lines)
+        return summary_text(self)
 
 
 def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
