@@ -2,6 +2,8 @@
 
 import warnings
 
+import numpy as np
+import pandas as pd
 import pytest
 from tests.changed_results import changed
 
@@ -65,10 +67,25 @@ def test_what_was_computed_survives_a_tolerance_and_the_interface(monkeypatch, c
     # the tolerance asked for the claim, and everybody after it has the same
     claim = result.claim
     assert result.assessment.claim is claim is result.examination.claim
-    assert result.points is result.points
+    assert np.shares_memory(result.points["easting"], result.points["easting"])
     assert result.assessment is result.assessment
     assert "Is the stated precision supported?" in result.summary()
     assert len(claims) == 1
+
+
+@pytest.mark.parametrize("name", ["points", "residuals", "models", "failures"])
+def test_whoever_changes_a_table_changes_his_own(good_result, name):
+    before = getattr(good_result, name)
+    mine = getattr(good_result, name)
+    mine["point_id"] = "mine"
+    if name == "points":
+        mine["easting"] += 500.0
+        mine.loc[0, "northing"] = 0.0
+    after = getattr(good_result, name)
+    pd.testing.assert_frame_equal(after, before)
+    assert not (after.get("point_id", pd.Series(dtype=str)) == "mine").any()
+    with pytest.raises(AttributeError, match=name):
+        setattr(good_result, name, mine)
 
 
 def test_a_changed_solution_is_examined_anew(good_result):

@@ -29,7 +29,12 @@ from einschalt.pipeline.densification.figures import BlockFigures
 from einschalt.pipeline.densification.iteration import Iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution
-from einschalt.pipeline.result_parts import FormerPart, Part, ToldOnRequest
+from einschalt.pipeline.result_parts import (
+    CachedTable,
+    FormerPart,
+    Part,
+    ToldOnRequest,
+)
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.pipeline.summary.verdict import verdict
@@ -43,7 +48,7 @@ from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.stage5_double_coverage import CoverageMean
 
 
-def _told(part: str) -> cached_property[pd.DataFrame]:
+def _told(part: str) -> CachedTable[pd.DataFrame]:
     """A table with coordinates, vectors or covariances, in the system of the results.
 
     ``part``: where it stands in the system of the block.
@@ -54,7 +59,7 @@ def _told(part: str) -> cached_property[pd.DataFrame]:
         found = attrgetter(part)(self)
         return found if self.output_system is None else self._in_output_system(found)
 
-    known = cached_property(table)
+    known = CachedTable(table)
     known.__doc__ = f"Table ``{name}``, in the system of the results."
     return known
 
@@ -158,7 +163,7 @@ class DensificationResult(Result):
             return self.examined
         return examine(self.solution)
 
-    @cached_property
+    @CachedTable
     def points(self) -> pd.DataFrame:
         """Points of the solution, each of them judged: DataFrame.
 
@@ -194,7 +199,7 @@ class DensificationResult(Result):
         table = pd.concat([one for one in tables if one is not None])
         return table.drop_duplicates("point_id").set_index("point_id")
 
-    @property
+    @CachedTable
     def control_points(self) -> pd.DataFrame | None:
         """Control points of the block, in the system of the results, or None."""
         found = self.block.control_points

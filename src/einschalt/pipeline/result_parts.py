@@ -6,7 +6,7 @@ no type.
 
 import warnings
 from collections.abc import Callable
-from functools import wraps
+from functools import cached_property, wraps
 from operator import attrgetter
 from typing import Generic, TypeVar
 
@@ -23,7 +23,27 @@ class Part(Generic[T]):
 
     def __get__(self, result, owner: type | None = None) -> T:
         """Read it; of the class, not of a result, the attribute itself."""
-        return self if result is None else self._of(result)
+        return self if result is None else _for_its_user(self._of(result))
+
+
+class CachedTable(cached_property[T]):
+    """A table that is computed once, and given to each who asks as his own."""
+
+    def __get__(self, result, owner: type | None = None) -> T:
+        """Read it; of the class, not of a result, the attribute itself."""
+        return _for_its_user(super().__get__(result, owner))
+
+    def __set__(self, result, value):
+        """Refuse to be set: what sets nothing is passed over once it is computed."""
+        raise AttributeError(f"{self.attrname} of a result cannot be set")
+
+
+def _for_its_user(value):
+    """What is a table as one that can be changed, and leaves the result as it is.
+
+    Its columns are copied when they are written to.
+    """
+    return value.copy(deep=False) if isinstance(value, pd.DataFrame) else value
 
 
 class FormerPart(Generic[T]):

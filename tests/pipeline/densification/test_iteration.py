@@ -30,9 +30,9 @@ def by_hand(block, result, n_passes):
     held = control[control["role"] != "check"]
     low = block.low_flight.points_to_fit
     points, passes = result.approximations, []
-    for _ in range(n_passes):
+    for number in range(n_passes):
         ground = points.set_index("point_id")[PLAN].drop(checks, errors="ignore")
-        if points is not result.approximations:
+        if number > 0:
             known = ground.index.intersection(held.index)
             ground.loc[known] = held.loc[known, PLAN].to_numpy(dtype=float)
         fit = transform_models(
