@@ -35,7 +35,7 @@ class CachedTable(cached_property[T]):
 
     def __set__(self, result, value):
         """Refuse to be set: what sets nothing is passed over once it is computed."""
-        raise AttributeError(f"{self.attrname} of a result cannot be set")
+        raise AttributeError(self.attrname)
 
 
 def _for_its_user(value):

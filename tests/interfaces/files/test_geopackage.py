@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files import geopackage
+from einschalt.interfaces.files.gdal_files import written
 from einschalt.interfaces.files.geopackage import distinct_names, write_geopackage
 from einschalt.interfaces.files.map_layers import exaggeration
 from einschalt.interfaces.files.qgis_styles import LAYERS, claim_of, style_of
@@ -242,6 +242,6 @@ def test_of_a_statement_in_sql_only_what_is_wrong_is_said(tmp_path):
     said = r"a\.gpkg: cannot be written: database or disk is full\. See that the disk"
     with (
         pytest.raises(FileError, match=said),
-        geopackage._said_as_file_error(tmp_path / "a.gpkg"),
+        written(tmp_path / "a.gpkg"),
     ):
         raise RuntimeError(statement + "database or disk is full")

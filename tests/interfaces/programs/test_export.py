@@ -1,6 +1,9 @@
 """Results for other programs: written, read, equal."""
 
+import gc
 import json
+import re
+import resource
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
@@ -14,7 +17,7 @@ import shapely
 from scipy.linalg import block_diag
 
 import einschalt as es
-from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.errors import EinschaltError, FileError
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.programs import export as exporting
 from einschalt.interfaces.programs import gama, kml, sinex
@@ -320,3 +323,25 @@ def test_formats_of_ones_own_are_found(tmp_path, spatial, monkeypatch):
     monkeypatch.setattr(exporting, "_handed_over", lambda _: (spatial, []))
     (written,) = es.export("any", tmp_path / "p.abc")
     assert (written.notes, written.path.read_text()) == (("mine",), "three")
+
+
+@pytest.fixture
+def files_are_small():
+    """Let no file of this process grow beyond 1 kB, as a full disk would."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    gc.collect()  # temporary files of a workbook: here, and in no other test
+
+
+@pytest.mark.filterwarnings("ignore:.*unclosed file:ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("suffix", [s for s in SUFFIXES if s != ".snx"])
+def test_what_finds_no_room_is_said_and_leaves_nothing(
+    tmp_path, good_result, suffix, files_are_small
+):
+    with pytest.raises(FileError, match=f"p\\{suffix}: cannot be written: ") as caught:
+        es.export(good_result, tmp_path / f"p{suffix}")
+    assert re.search("limit on the size of files, or choose", caught.value.remedy)
+    assert list(tmp_path.iterdir()) == []

@@ -14,7 +14,11 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.library_errors import without_statement
 
-LONGEST_REASON = 200
+LONGEST_REASON = 200  # characters of what GDAL says
+NO_ROOM = (
+    "See that the disk has space, raise a limit on the size of files, or choose "
+    "another folder"
+)
 COPIES = "einschalt-copy-"  # begins the name of the folder of a copy
 SYSTEM = ".prj"  # beside a shapefile
 # every cell as text, no first row taken for a header
@@ -56,6 +60,20 @@ def opened(parts, source, options=AS_TEXT):
             ) from error
         finally:
             pyogrio.set_gdal_config_options(before)
+
+
+@contextmanager
+def written(path, errors=(RuntimeError,)):
+    """Tell as a FileError what GDAL cannot write, by the base of pyogrio's errors."""
+    try:
+        yield
+    except errors as error:
+        reason = without_statement(str(error))
+        raise FileError(
+            f"cannot be written: {shortened(reason, LONGEST_REASON)}",
+            remedy=NO_ROOM,
+            file=path,
+        ) from error
 
 
 def _in_utf8(data):

@@ -18,19 +18,16 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError
-from einschalt.foundations.library_errors import without_statement
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
+from einschalt.interfaces.files.gdal_files import written
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
 from einschalt.interfaces.files.qgis_styles import add_styles, claim_of
 
 GEOMETRY = "geom"
-LONGEST_REASON = 200  # characters of what GDAL says
 DATE = "1970-01-01T00:00:00.000Z"
 # the file is forced to the disk once, when it is whole
 GDAL_OPTIONS = {"OGR_CURRENT_DATE": DATE, "OGR_SQLITE_SYNCHRONOUS": "OFF"}
@@ -73,7 +70,7 @@ def write_layers(layers, crs_name, path, finish=None):
     crs = LOCAL_SYSTEM if crs_name is None else read_crs(crs_name).to_wkt()
     with (
         replacing(path) as hidden,
-        _said_as_file_error(path),
+        written(path, (RuntimeError, sqlite3.Error)),
         _gdal_options(pyogrio),
         _readable(hidden) as file,
     ):
@@ -93,21 +90,6 @@ def write_layers(layers, crs_name, path, finish=None):
             )
         if finish is not None:
             finish(file)
-
-
-@contextmanager
-def _said_as_file_error(path):
-    # pyogrio imports only when needed, so its errors are known by their common base
-    try:
-        yield
-    except (RuntimeError, sqlite3.Error) as error:
-        reason = without_statement(str(error))
-        raise FileError(
-            f"cannot be written: {shortened(reason, LONGEST_REASON)}",
-            remedy="See that the disk has space, raise a limit on the size of files, "
-            "or choose another folder",
-            file=path,
-        ) from error
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """Points for geographic information systems: GeoParquet and Shapefile."""
 
 import json
+import struct
 
 import numpy as np
 import pyarrow as pa
@@ -10,6 +11,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.gdal_files import NO_ROOM, written
 from einschalt.interfaces.files.geopackage import distinct_names
 
 GEOMETRY = "geometry"
@@ -80,18 +82,56 @@ def write_shapefile(handed, path):
     points = handed.points
     names = short_names(points.columns)
     columns = [_fitting(column_as_arrow(points[n]), n, path) for n in points]
+    crs = None if handed.crs is None else read_crs(handed.crs).to_wkt("WKT1_ESRI")
     options = {"ENCODING": "UTF-8", "DBF_DATE_LAST_UPDATE": "1970-01-01"}
-    pyogrio.write_arrow(
-        pa.table([*columns, shapes], names=[*names, GEOMETRY]),
-        path,
-        driver="ESRI Shapefile",
-        geometry_name=GEOMETRY,
-        geometry_type=kind,
-        crs=None if handed.crs is None else read_crs(handed.crs).to_wkt("WKT1_ESRI"),
-        layer_options=options,
-    )
+    with written(path):
+        pyogrio.write_arrow(
+            pa.table([*columns, shapes], names=[*names, GEOMETRY]),
+            path,
+            driver="ESRI Shapefile",
+            geometry_name=GEOMETRY,
+            geometry_type=kind,
+            crs=crs,
+            layer_options=options,
+        )
+    _require_whole(path)
     changed = [f"{n} = {s}" for n, s in zip(points, names, strict=True) if n != s]
     return [f"names of columns cut to {MOST_NAME} characters: {', '.join(changed)}"]
+
+
+def _require_whole(path):
+    """Refuse a shapefile whose parts are shorter than they say.
+
+    GDAL writes what is left when it closes them, and nobody hears that there was no
+    room.
+    """
+    for suffix, stated_size in STATED_SIZES.items():
+        part = path.with_suffix(suffix)
+        data = part.read_bytes() if part.is_file() else b""
+        if len(data) < HEAD_OF_SHAPEFILE or len(data) < stated_size(data):
+            raise FileError(
+                "cannot be written: the disk took a part of it only",
+                remedy=NO_ROOM,
+                file=path,
+            )
+
+
+def _size_of_shapes(data):
+    """Bytes that shapes, or their index, are to have: its head counts 16-bit words."""
+    return 2 * int.from_bytes(data[24:28], "big")
+
+
+def _size_of_attributes(data):
+    n_rows, of_head, of_row = struct.unpack("<4xIHH", data[:12])
+    return of_head + n_rows * of_row
+
+
+HEAD_OF_SHAPEFILE = 32  # bytes that each of its parts has, and more
+STATED_SIZES = {
+    ".shp": _size_of_shapes,
+    ".shx": _size_of_shapes,
+    ".dbf": _size_of_attributes,
+}
 
 
 def short_names(names):
