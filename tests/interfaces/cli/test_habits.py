@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -109,6 +110,17 @@ def test_a_sound_block_has_its_models_and_no_problem(invoke, block_folder):
     names = table.reset_index(level=0)[["level_0", "coverage", "model_id"]]
     assert figures["n_models"] == len(names.drop_duplicates())
     assert figures["n_problems"] == figures["n_model_problems"] == 0
+
+
+def test_notes_are_told_whole(invoke, block_folder, tmp_path):
+    folder = shutil.copytree(block_folder, tmp_path / "noted")
+    control = folder / "control_points.csv"
+    lines = control.read_text(encoding="utf-8").splitlines()
+    lines = [f"{lines[0]},Bemerkung", *(f"{line},Bolzen" for line in lines[1:])]
+    control.write_text("\n".join(lines), encoding="utf-8")
+    figures = said(invoke("check", folder, "--json"))["figures"]
+    assert figures["notes"] == ["control_points.csv: ignored column Bemerkung"]
+    assert figures["n_notes"] == 1
 
 
 def test_a_fault_is_told_by_its_parts(invoke, spoilt_folder, tmp_path):

@@ -35,6 +35,7 @@ def check(block=None, given=None, explain=None):
         n_models=None if found.block is None else _n_models(found.block),
         n_model_problems=len(found.model_problems),
         n_notes=len(found.notes),
+        notes=[str(note) for note in found.notes],
     )
     if _is_terminal() and not is_recorded():
         Console().print(problem_list.problem_tables(found))
