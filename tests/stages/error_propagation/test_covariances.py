@@ -65,7 +65,7 @@ def chains(request):
     }
 
 
-def _dense(chains):
+def _dense(chains, sizes=SIZES):
     """Covariances between all points from each source, of real coordinates."""
     axes = next(iter(chains.values())).axes
     d, found = len(axes.names), {}
@@ -73,7 +73,7 @@ def _dense(chains):
         columns = []
         for k in range(chain.n_sources * d):
             unit = np.zeros((chain.n_sources, d))
-            unit.ravel()[k] = SIZES[name][k // d]
+            unit.ravel()[k] = sizes[name][k // d]
             columns.append(chain.of_vectors(unit).ravel())
         rows = np.column_stack(columns)
         n = chain.n_points
@@ -89,6 +89,23 @@ def _some_pairs():
 def test_pairs_of_points(chains, pairs):
     expected = sum(_dense(chains).values())[pairs[:, 0], pairs[:, 1]]
     found = covariances_of_pairs(chains, SIZES, pairs)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("axes", AXES, ids=lambda axes: axes.name)
+@pytest.mark.parametrize("is_first", [True, False])
+def test_parameters_that_are_a_source_themselves(axes, is_first):
+    """As control whose groups share shifts as well: models are fitted onto both."""
+    rng = np.random.default_rng(6)
+    values = _through_models(rng, axes)
+    sizes = {"control": np.linspace(0.5, 1.5, values.n_sources), "groups": np.ones(7)}
+    groups = _step(rng, axes, values.n_sources, 7)
+    chains = {"control": values, "groups": values @ groups}
+    names = list(chains)[:: 1 if is_first else -1]
+    chains = {name: chains[name] for name in names}
+    pairs = _some_pairs()
+    expected = sum(_dense(chains, sizes).values())[pairs[:, 0], pairs[:, 1]]
+    found = covariances_of_pairs(chains, sizes, pairs)
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 

@@ -79,7 +79,8 @@ class SharedCovariances:
         bundles, met_of_these = met.alone()
         joint = self._through_models(chains, size, bundles, met_of_these, sizes)
         others = {name: one for name, one in chains.items() if name not in joint}
-        for source, rows in _rows_to_bundles(others, size, bundles):
+        n_columns = _n_parameters(chains)
+        for source, rows in _rows_to_bundles(others, size, bundles, n_columns):
             each = standard_errors[source]
             joint[source] = joint_covariance(rows, met_of_these, size, each)
         joint = {name: joint[name] for name in chains}
@@ -93,7 +94,8 @@ class SharedCovariances:
             return {}
 
         def rows_of(product):
-            ((_, rows),) = _rows_to_bundles({"": product}, size, bundles)
+            n_columns = product.shape[0]
+            ((_, rows),) = _rows_to_bundles({"": product}, size, bundles, n_columns)
             return rows.factors[0]
 
         found = {
@@ -411,14 +413,20 @@ def _by_rows(chains, standard_errors, n_points):
     return {name: np.concatenate([part[name] for part in found]) for name in chains}
 
 
-def _rows_to_bundles(chains, size, bundles):
+def _n_parameters(chains):
+    """How many numbers chains lead to; the parameters may be a source themselves."""
+    products = (one for chain in chains.values() for one in chain.products)
+    return next(one.shape[0] for one in products if one.factors)
+
+
+def _rows_to_bundles(chains, size, bundles, n_columns):
     """Product of each chain for some bundles, in blocks of rows with the same gaps.
 
-    Yields the name of each source, and its rows as a PointOperator.
+    Yields the name of each source, and its rows as a PointOperator; ``n_columns`` are
+    the numbers that stand in all bundles.
     """
     if not chains:
         return
-    n_columns = next(iter(chains.values())).shape[0]
     each = np.tile(np.eye(size), (len(bundles), 1, 1))
     pointer = np.arange(len(bundles) + 1)
     shape = len(bundles) * size, n_columns
