@@ -9,12 +9,9 @@ import pytest
 from fuzz.foreign_files import MARKERS as XML
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.interfaces.files.marker_files import (
-    read_odm,
-    read_opensfm,
-    write_odm,
-)
+from einschalt.interfaces.files.marker_files import read_opensfm
 from einschalt.interfaces.files.metashape_markers import read_metashape
+from einschalt.interfaces.files.odm_lists import read_odm, write_odm
 
 
 def written(tmp_path, name, text):
@@ -128,6 +125,32 @@ def test_points_of_odm_without_names_are_told_apart_by_their_places(tmp_path):
     assert list(markers.control_points())[:3] == ["point_id", "easting", "northing"]
 
 
+def test_tabs_leave_blanks_in_names(tmp_path):
+    rows = [
+        ["5e5", "5.3e6", "400", "1", "2", "my image.jpg", "P 1"],
+        ["5e5", "5.3e6", "400", "3", "4", "b.jpg", "P 1", "", "0.02"],
+        ["6e5", "5.3e6", "400", "3", "4", "b.jpg", ""],
+    ]
+    rows = map("\t".join, rows)
+    text = "\n".join(["EPSG:32633", *rows, ""])
+    markers = read_odm(written(tmp_path, "gcp_list.txt", text))
+    assert markers.measurements.to_numpy().tolist() == [
+        ["my image.jpg", "P 1", 1.0, 2.0],
+        ["b.jpg", "P 1", 3.0, 4.0],
+        ["b.jpg", "1", 3.0, 4.0],
+    ]
+    said = "gcp_list.txt: columns behind the name of the point are left out"
+    assert markers.notes == (said,)
+    text = text.partition("\tP 1\t\t")[0] + "\n"
+    assert not read_odm(written(tmp_path, "gcp_list.txt", text)).notes
+
+
+def test_numbers_of_unnamed_points_are_free(tmp_path):
+    text = "WGS84\n1 2 3 4 5 a.jpg\n2 2 3 4 5 b.jpg 1\n3 2 3 4 5 c.jpg\n"
+    markers = read_odm(written(tmp_path, "gcp_list.txt", text))
+    assert markers.points["point_id"].tolist() == ["2", "1", "3"]
+
+
 def test_a_measurement_that_stands_twice_counts_once(tmp_path):
     text = "WGS84\n1 2 3 4 5 a.jpg P\n1 2 3 4 5 a.jpg P\n1 2 3 4 5 b.jpg P\n"
     markers = read_odm(written(tmp_path, "gcp_list.txt", text))
@@ -185,6 +208,26 @@ def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
             "gcp_list.txt",
             "WGS84\n1 2 3 4 5 a.jpg P\n1 2 3 4 6 a.jpg P\n",
             "row 3: point P is measured in image a.jpg twice",
+        ),
+        *(
+            (
+                "gcp_list.txt",
+                f"WGS84\n1 2 3 4 5 {names}\n",
+                r"row 2: '1 2 3 4 5 .*' may have a name with blanks.*by tabs",
+            )
+            for names in (
+                "a.jpg P 1",
+                "my image.jpg P1",
+                "my image.jpg",
+                "a.jpg P1 0.02",
+                "a.jpg\tP 1",
+            )
+        ),
+        ("gcp_list.txt", "WGS84\n1\t2\t3\t4\t5\t\tP\n", "row 2: .* is no measurement"),
+        (
+            "gcp_list.txt",
+            "WGS84\n1 2 3 4 5 a.jpg CHK-P\n1 2 3 4 5 b.jpg Q\n2 2 3 4 6 b.jpg P\n",
+            "row 4: point P is marked CHK- in some lines, in others not",
         ),
         ("g.json", '{"points": [', r"g\.json, row 1: is no whole JSON"),
         ("g.json", '{"points": [{"id": 1}]}', "holds no measurement"),

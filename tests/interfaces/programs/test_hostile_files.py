@@ -7,7 +7,7 @@ import pytest
 from fuzz.foreign_files import DXF, GAMA, MMVII, MORE, PROJECT, READ, SINEX
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.interfaces.files.marker_files import read_odm
+from einschalt.interfaces.files.odm_lists import read_odm
 from einschalt.interfaces.programs.block_tables import found_in
 
 TEXTS = {name: text for name, (text, *_) in READ.items()} | MORE

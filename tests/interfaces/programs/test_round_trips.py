@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.tables import CONTROL_POINTS
-from einschalt.interfaces.files.marker_files import Markers, read_odm, write_odm
+from einschalt.interfaces.files.marker_files import Markers
+from einschalt.interfaces.files.odm_lists import read_odm, write_odm
 from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 from einschalt.interfaces.programs.export import WRITERS
 from einschalt.interfaces.programs.handed_over import HandedOver

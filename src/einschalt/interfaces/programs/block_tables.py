@@ -19,6 +19,7 @@ from einschalt.interfaces.files import (
     camera_toml,
     marker_files,
     metashape_markers,
+    odm_lists,
 )
 from einschalt.interfaces.files.block_parts import Readers
 from einschalt.interfaces.files.tables_by_suffix import understand_table
@@ -47,8 +48,8 @@ def marker_reader_of(file):
     if suffix != ".txt":
         return None
     is_list = path.name.casefold().startswith("gcp_list")
-    is_list = is_list or marker_files.is_odm(head_of(file))
-    return marker_files.read_odm if is_list else None
+    is_list = is_list or odm_lists.is_odm(head_of(file))
+    return odm_lists.read_odm if is_list else None
 
 
 def found_in(file, source=None, beside=()) -> Foreign | None:

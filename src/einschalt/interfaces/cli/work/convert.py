@@ -13,7 +13,7 @@ from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
-from einschalt.interfaces.files import marker_files
+from einschalt.interfaces.files import odm_lists
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.block_toml import write_keys
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -111,7 +111,7 @@ def _convert_markers(markers, given, output):
     _print_notes(markers.notes)
     if output.suffix.lower() == LIST_SUFFIX:
         _require_free(output)
-        marker_files.write_odm(output, markers)
+        odm_lists.write_odm(output, markers)
         report(output)
         facts = {"markers": _said(markers), "path": output}
         print_out(translated("{markers} in {path}", **facts))
