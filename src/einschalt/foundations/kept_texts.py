@@ -84,6 +84,12 @@ SINGLE_WORDS = {
     mark("radian"),
     mark("radians"),
     mark("foot"),
+    mark("feet"),
+    mark("inches"),
+    mark("US survey feet"),
+    mark("decimetres"),
+    mark("centimetres"),
+    mark("kilometres"),
     mark("nothing"),
     mark("ellipsoidal"),
 }

@@ -5,37 +5,19 @@ HEIGHT), as CAD programs of surveyors read and write them; its height is its z a
 and its layer says what kind it is.
 """
 
-import logging
-import re
-import tempfile
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from einschalt.foundations.display_names import shortened
 from einschalt.foundations.extras import imported
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.gdal_files import COPIES
 from einschalt.interfaces.files.map_layers import exaggeration
-from einschalt.interfaces.programs.foreign import Foreign, is_finite
+from einschalt.interfaces.programs.drawing_points import POINTS
 
 COLOURS = {"new": 7, "control": 30, "check": 5}
 NUMBER, HEIGHT, ERROR = "NUMBER", "HEIGHT", "ERROR"
-POINTS = "POINTS_"
-NUMBERS = {"NUMBER", "PUNKTNUMMER", "PUNKTNR", "PKTNR", "NR", "NAME", "PT", "POINT_ID"}
-NUMBERS |= {"NUMERO", "MATRICULE", "ID", "NUM"}
 BLOCK = "EINSCHALT_POINT"
 TEXT_SHARE = 0.15  # of the distance between points
-MOST_POINTS = 2**22
-# what the library lets through of files that it does not expect
-ERRORS = (OSError, ArithmeticError, LookupError, ValueError, TypeError, RuntimeError)
-ERRORS = (*ERRORS, AttributeError, AssertionError, StopIteration, EOFError)
-LINE = re.compile(r"line[: ]+(\d+)")
-COLUMNS = ["point_id", "easting", "northing", "height", "role"]
-EXPECTED = "a drawing with points, or with block references that bear point numbers"
 ELLIPSES_AS_STATED = (
     "the ellipses are those of the stated precision, which the measurements exceed; "
     "the errors of the points are enlarged"
@@ -158,68 +140,3 @@ def _add_residuals(document, space, handed):
     note = f"{drawn} residual vectors drawn {factor:g} times as long"
     n_left = len(table) - drawn
     return f"{note}; {n_left} of points without a place left out" if n_left else note
-
-
-def read_dxf(file) -> Foreign:
-    """Read the points of a drawing: block references with numbers, and points.
-
-    Points without a number are numbered in their order.
-    """
-    document = _document(file)
-    rows, n_unnamed = [], 0
-    for entity in document.modelspace():
-        kind = entity.dxftype()
-        if kind == "INSERT":
-            row = _of_reference(entity)
-            rows += [row] if row is not None else []
-        elif kind == "POINT":
-            n_unnamed += 1
-            place = entity.dxf.location
-            rows.append((str(n_unnamed), place.x, place.y, place.z or np.nan, None))
-        if len(rows) > MOST_POINTS:
-            raise damaged(file.source, f"has more than {MOST_POINTS} points", EXPECTED)
-    is_placed = np.isfinite([row[1:3] for row in rows]).all()
-    if not rows or not is_placed:
-        found = "a point has no place" if rows else "holds no points with a place"
-        raise damaged(file.source, found, EXPECTED)
-    table = pd.DataFrame(rows, columns=COLUMNS).dropna(axis=1, how="all")
-    notes = (f"{file.source}: {n_unnamed} points without a number, numbered",)
-    return Foreign({"control_points": table}, None, notes if n_unnamed else ())
-
-
-def _document(file):
-    """Drawing of a file, as strictly as the library reads it.
-
-    It would mend what is broken as well, and guess at numbers then.
-    """
-    ezdxf = imported("ezdxf", "DXF")
-    with tempfile.TemporaryDirectory(prefix=COPIES) as folder:
-        copy = Path(folder) / "drawing.dxf"
-        copy.write_bytes(file.data)
-        logging.getLogger("ezdxf").setLevel(logging.CRITICAL)  # errors say it
-        try:
-            return ezdxf.readfile(copy)
-        except (ezdxf.DXFError, *ERRORS) as error:
-            raise _broken(error, file) from error
-
-
-def _broken(error, file):
-    said = str(error)
-    line = LINE.search(said)
-    said = said if not isinstance(error, OSError) else "is no DXF"
-    found = f"is no whole DXF: {shortened(said, 80)}" if said else "is no whole DXF"
-    return damaged(file.source, found, EXPECTED, int(line[1]) if line else None)
-
-
-def _of_reference(entity):
-    """Row of a block reference; None where it bears no number."""
-    named = {one.dxf.tag.upper(): one.dxf.text.strip() for one in entity.attribs}
-    number = next((named[tag] for tag in named if tag in NUMBERS), "")
-    if not number:
-        return None
-    place = entity.dxf.insert
-    # a height of 0 is none, unless the attribute says it
-    height = named.get(HEIGHT, "")
-    height = float(height) if is_finite(height) else place.z or np.nan
-    role = entity.dxf.layer.removeprefix(POINTS).casefold()
-    return number, place.x, place.y, height, role if role in COLOURS else None

@@ -1,6 +1,7 @@
 """What was read from a file of another program: plain tables, a system, notes."""
 
 import csv
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -106,6 +107,17 @@ def is_finite(word):
     (True, False, False)
     """
     return is_number(word) and math.isfinite(float(word))
+
+
+def numbered(names):
+    """Names of points, where those that have none are numbered by free numbers.
+
+    >>> numbered(["2", None, "a", None])
+    ['2', '1', 'a', '3']
+    """
+    stated = set(names)
+    free = (str(k) for k in itertools.count(1) if str(k) not in stated)
+    return [name or next(free) for name in names]
 
 
 def require_rows(lines, source, expected):

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml
@@ -18,6 +19,7 @@ from einschalt.interfaces.programs.foreign import (
     cells_of,
     is_finite,
     lines_of,
+    numbered,
 )
 
 VRT = "a VRT with a GCPList"
@@ -36,7 +38,11 @@ def _foreign(rows, crs, image, source, expected, notes=()):
     """Tables of rows (name or None, x, y, easting, northing, height, role)."""
     if not rows:
         raise damaged(source, "holds no control points", expected)
-    names = [row[0] or str(k) for k, row in enumerate(rows, 1)]
+    names = numbered([row[0] for row in rows])
+    n_unnamed = sum(not row[0] for row in rows)
+    if 0 < n_unnamed < len(rows):
+        said = kept("{n:point|points}", n=n_unnamed)
+        notes = [*notes, f"{source}: {said} without a number, numbered"]
     values = np.array([row[1:6] for row in rows], dtype=float)
     if not np.isfinite(values[:, :4]).all():
         place = int(np.flatnonzero(~np.isfinite(values[:, :4]).all(axis=1))[0])
@@ -46,7 +52,7 @@ def _foreign(rows, crs, image, source, expected, notes=()):
     plane = ("longitude", "latitude") if is_geographic else ("easting", "northing")
     control = pd.DataFrame({"point_id": names})
     control[list(plane)] = values[:, 2:4]
-    if np.isfinite(values[:, 4]).all() and values[:, 4].any():
+    if np.nan_to_num(values[:, 4]).any():
         control["height"] = values[:, 4]
     control["role"] = [row[6] for row in rows]
     measured = pd.DataFrame({"image_id": image, "point_id": names})
@@ -67,9 +73,10 @@ def read_vrt(file) -> Foreign:
         if not all(text is not None and is_finite(text) for text in said):
             text = " ".join(str(word) for word in said)
             raise damaged(file.source, f"a GCP says {text!r}", "Pixel, Line, X, Y")
-        height = one.get("Z") or one.get("GCPZ") or "0"
-        height = float(height) if is_finite(height) else np.nan
-        rows.append((one.get("Id"), *map(float, said), height, "control"))
+        height = one.get("Z") or one.get("GCPZ") or "nan"
+        if height != "nan" and not is_finite(height):
+            raise damaged(file.source, f"a GCP has the height {height!r}", "a number")
+        rows.append((one.get("Id"), *map(float, said), float(height), "control"))
     image = file.path.name
     return _foreign(
         rows, code_on_earth(listed.get("Projection")), image, file.source, VRT

@@ -22,7 +22,7 @@ from einschalt.interfaces.files.input_files import (
 from einschalt.interfaces.programs import (
     bingo,
     colmap,
-    drawing,
+    drawing_points,
     gama,
     gdal_gcps,
     ign,
@@ -127,7 +127,7 @@ FORMATS = (
         (".txt",),
         pix4d_cameras.is_parameters,
     ),
-    Format("dxf", "DXF", drawing.read_dxf, (".dxf",)),
+    Format("dxf", "DXF", drawing_points.read_dxf, (".dxf",)),
     Format("sinex", "SINEX", sinex.read_sinex, (".snx",)),
     Format("ign-opk", "orientations of IGN", ign.read_opk, (".opk",)),
     Format("ign-xyz", "points of IGN", ign.read_xyz, (".xyz",)),

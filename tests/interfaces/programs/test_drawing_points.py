@@ -1,0 +1,112 @@
+"""Points of drawings: numbers and heights in attributes, and the unit."""
+
+import math
+
+import ezdxf
+import pytest
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.programs.recognised import read_foreign
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Function of block references (place, attributes), points, and the unit."""
+
+    def drawn(references=(), points=(), unit=6):
+        drawing = ezdxf.new("R2010", units=unit)
+        space = drawing.modelspace()
+        drawing.blocks.new("PT")
+        for place, attributes in references:
+            one = space.add_blockref("PT", place)
+            for tag, text in attributes.items():
+                one.add_attrib(tag, text)
+        for place in points:
+            space.add_point(place)
+        drawing.saveas(tmp_path / "a.dxf")
+        return read_foreign(tmp_path / "a.dxf")
+
+    return drawn
+
+
+def heights_of(found):
+    return found.tables["control_points"]["height"].tolist()
+
+
+@pytest.mark.parametrize("tag", ["H", "Z", "HOEHE", "Höhe", "HEIGHT", "quota"])
+@pytest.mark.parametrize("z", [0.0, 513.0999])
+def test_heights_stand_in_attributes(read, tag, z):
+    found = read([((1, 2, z), {"NR": "A", tag: "513.1"})])
+    assert heights_of(found) == [513.1]
+    assert found.notes == ()
+
+
+def test_a_decimal_comma_is_told(read):
+    found = read([((1, 2, 0), {"NR": "A", "HEIGHT": "513,1"})])
+    assert heights_of(found) == [513.1]
+    assert found.notes == ("a.dxf: 1 height with a decimal comma, such as '513,1'",)
+
+
+@pytest.mark.parametrize("text", ["n/a", "1.234,5", "513.1 m"])
+def test_a_height_that_is_no_number_is_told(read, text):
+    found = read(
+        [((1, 2, 0), {"NR": "A", "H": text}), ((1, 3, 7), {"NR": "B", "H": ""})]
+    )
+    assert math.isnan(heights_of(found)[0])
+    assert heights_of(found)[1] == 7.0
+    assert found.notes == (f"a.dxf: heights that are no number left out: '{text}'",)
+
+
+@pytest.mark.parametrize(
+    ("z", "attributes", "said"),
+    [
+        (500, {"H": "512.3"}, "height 512.3 in H and 500 in z"),
+        (500, {"HEIGHT": "512.3"}, "height 512.3 in HEIGHT and 500 in z"),
+        (0, {"H": "512.3", "Z": "2.0"}, "height 512.3 in H and 2 in Z"),
+        (512.34, {"H": "512.3", "Z": "512.36"}, "height 512.3 in H and 512.36 in Z"),
+    ],
+)
+def test_heights_that_contradict_each_other_are_refused(read, z, attributes, said):
+    is_rounding = attributes.get("Z") == "512.36"
+    references = [((1, 2, z), {"NR": "A", **attributes})]
+    if is_rounding:
+        assert heights_of(read(references)) == [512.3]
+        return
+    with pytest.raises(EinschaltError, match=f"point A has the {said}.*Correct"):
+        read(references)
+
+
+def test_numbers_of_unnamed_points_are_free(read):
+    references = [((1, 2, 3), {"NR": "1"}), ((2, 2, 3), {"NR": " "})]
+    references += [((9, 9, 9), {"CODE": "tree"})]
+    found = read(references, points=[(3, 2, 3), (4, 2, 3)])
+    table = found.tables["control_points"]
+    assert table["point_id"].tolist() == ["1", "2", "3", "4"]
+    assert table["easting"].tolist() == [1.0, 2.0, 3.0, 4.0]
+    assert found.notes == ("a.dxf: 3 points without a number, numbered",)
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"), [(0, None), (6, None), (2, "feet"), (4, "millimetres"), (9, "9")]
+)
+def test_a_unit_other_than_metres_is_told(read, unit, said):
+    found = read([((1, 2, 3), {"NR": "A"})], unit=unit)
+    assert heights_of(found) == [3.0]
+    assert len(found.notes) == (said is not None)
+    assert all(f"{said} ($INSUNITS)" in note for note in found.notes)
+
+
+def test_points_of_a_vrt_have_free_numbers_and_heights_of_their_own(tmp_path):
+    gcp = '<GCP Id="{}" Pixel="{}" Line="0" X="10" Y="20" {}/>'
+    gcps = gcp.format("2", 0, 'Z="5"') + gcp.format("", 1, "")
+    text = f'<VRTDataset><GCPList Projection="EPSG:31255">{gcps}</GCPList></VRTDataset>'
+    (tmp_path / "a.vrt").write_text(text)
+    found = read_foreign(tmp_path / "a.vrt")
+    assert found.tables["control_points"]["point_id"].tolist() == ["2", "1"]
+    assert found.tables["image_points"]["point_id"].tolist() == ["2", "1"]
+    assert heights_of(found)[0] == 5.0
+    assert math.isnan(heights_of(found)[1])
+    assert found.notes == ("a.vrt: 1 point without a number, numbered",)
+    (tmp_path / "a.vrt").write_text(text.replace('Z="5"', 'Z="n/a"'))
+    with pytest.raises(EinschaltError, match="a GCP has the height 'n/a'"):
+        read_foreign(tmp_path / "a.vrt")
