@@ -49,6 +49,32 @@ def test_steps_give_what_the_systems_give(name):
     np.testing.assert_array_equal(found_back, expected_back)
 
 
+@pytest.mark.parametrize(
+    ("name", "of_greenwich", "place"),
+    [
+        ("EPSG:27561", 4275, (600_000.0, 200_000.0)),  # Paris, in grads
+        ("EPSG:31282", 4312, (0.0, 5_200_000.0)),  # Ferro
+    ],
+)
+def test_x_points_to_greenwich(name, of_greenwich, place):
+    """A datum that counts from Paris put points 172 km to the west of theirs."""
+    crs = read_crs(name)
+    points = np.array([[*place, 120.0], [place[0] + 50_000.0, place[1] + 9_000.0, 5.0]])
+    way = pyproj.Transformer.from_crs(crs, of_greenwich, always_xy=True)
+    degrees = np.array(way.transform(*points.T[:2]))
+    axes = crs.ellipsoid
+    cart = f"+proj=cart +a={axes.semi_major_metre!r} +rf={axes.inverse_flattening!r}"
+    to_xyz = pyproj.Transformer.from_pipeline(cart)
+    expected = np.column_stack(to_xyz.transform(*degrees, points[:, 2]))
+    found, jacobian = to_geocentric(points, crs)
+    # PROJ's own way takes 2°20'14.025" for the 2.5969213 gon of Paris: 0.24 mm
+    np.testing.assert_allclose(found, expected, rtol=0, atol=3e-4)
+    step = np.array([100.0, 200.0, 300.0])
+    moved, _ = to_geocentric(points + step, crs)
+    np.testing.assert_allclose(moved - found, jacobian @ step, rtol=0, atol=0.02)
+    np.testing.assert_allclose(from_geocentric(found, crs), points, rtol=0, atol=1e-5)
+
+
 def test_a_way_that_depends_on_the_place_stays_as_it_is():
     several = pyproj.Transformer.from_crs(31467, 4326, always_xy=True)
     assert _by_its_steps(several) is several

@@ -335,6 +335,7 @@ def plane_jacobian(points, operation):
 def to_geocentric(points, crs):
     """Geocentric coordinates of points, in the datum of their own plane system.
 
+    X points to Greenwich, whatever meridian the longitudes of the datum count from.
     ``points`` (n, 3): easting, northing, height above the ellipsoid. Gives X, Y, Z
     (n, 3) and their derivatives by easting, northing and height (n, 3, 3).
     """
@@ -347,7 +348,9 @@ def to_geocentric(points, crs):
             ahead = np.column_stack(way.transform(*(points + step).T))
             behind = np.column_stack(way.transform(*(points - step).T))
             jacobian[:, :, axis] = (ahead - behind) / (2.0 * STEP)
-        return np.column_stack(way.transform(*points.T)), jacobian
+        xyz = np.column_stack(way.transform(*points.T))
+    turned = _to_greenwich(crs)
+    return (xyz, jacobian) if turned is None else (xyz @ turned.T, turned @ jacobian)
 
 
 def from_geocentric(xyz, crs):
@@ -355,9 +358,29 @@ def from_geocentric(xyz, crs):
 
     In a plane system of the same datum; infinite where a point has no place in it.
     """
+    xyz, turned = np.asarray(xyz), _to_greenwich(crs)
+    xyz = xyz if turned is None else xyz @ turned
     with offline():
         _, way = _geocentric_ways(crs)
-        return np.column_stack(way.transform(*np.asarray(xyz).T))
+        return np.column_stack(way.transform(*xyz.T))
+
+
+def _to_greenwich(crs):
+    """Rotation from X to the prime meridian of a datum to X to Greenwich, (3, 3).
+
+    None where they are one. PROJ counts X from the meridian of the datum: Paris, Ferro.
+    """
+    east = np.radians(_prime_meridian(crs))
+    if east == 0.0:
+        return None
+    cos, sin = np.cos(east), np.sin(east)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _prime_meridian(crs):
+    """Longitude of the meridian that a system counts from, from Greenwich [degrees]."""
+    meridian = crs.prime_meridian
+    return meridian.longitude * np.degrees(meridian.unit_conversion_factor)
 
 
 @lru_cache(maxsize=64)  # PROJ takes 50 ms, and each flight of a block asks for it
@@ -445,8 +468,7 @@ def _factors(easting, northing, crs):
     """Factors of PROJ of a system that is projected, at points in it."""
     plane = (crs.sub_crs_list or [crs])[0]
     longitude, latitude = degrees_of(easting, northing, crs)
-    meridian = plane.prime_meridian
     # PROJ counts from the system's own: from Ferro, 17 2/3 degrees west of Greenwich
-    west = meridian.longitude * np.degrees(meridian.unit_conversion_factor)
+    meridian = _prime_meridian(plane)
     with offline():
-        return pyproj.Proj(plane).get_factors(longitude - west, latitude)
+        return pyproj.Proj(plane).get_factors(longitude - meridian, latitude)
