@@ -87,6 +87,7 @@ SINGLE_WORDS = {
     mark("feet"),
     mark("inches"),
     mark("US survey feet"),
+    mark("US survey foot"),
     mark("decimetres"),
     mark("centimetres"),
     mark("kilometres"),

@@ -326,7 +326,7 @@ def read_points(
             require_text(name, text, expected="a text, or nothing")
     path = as_path("path", path)
     if columns == {} and layer is None and sheet is None:
-        foreign = block_tables.found_in(path)
+        foreign = block_tables.found_in(path, crs=crs)
         if foreign is not None:
             return _foreign_points(foreign, path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))

@@ -130,3 +130,17 @@ def test_a_layer_keeps_its_system_and_says_what_it_loses(invoke, tmp_path):
     bad = invoke("convert", tmp_path / "t.geojson", tmp_path / "bad.csv")
     assert bad.exit_code == 2
     assert not (tmp_path / "bad.csv").exists()
+
+
+def test_points_of_landxml_are_in_the_unit_of_the_system_that_is_said(invoke, tmp_path):
+    (tmp_path / "a.xml").write_text(
+        '<LandXML><Units><Imperial linearUnit="USSurveyFoot"/></Units><CgPoints>'
+        '<CgPoint name="A">212522.519 989791.457 10</CgPoint></CgPoints></LandXML>'
+    )
+    said = ("--crs", "EPSG:2263")
+    shown = invoke("convert", tmp_path / "a.xml", tmp_path / "o", *said)
+    assert shown.exit_code == 0, shown.output
+    rows = (tmp_path / "o" / "control_points.csv").read_text().splitlines()
+    assert rows[1].startswith("A,989791.457,212522.519,3.048")
+    assert "height converted from USSurveyFoot to metres" in shown.stderr
+    assert 'crs = "EPSG:2263"' in shown.stdout

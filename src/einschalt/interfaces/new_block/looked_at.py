@@ -188,7 +188,7 @@ def _foreign(file, said):
     if said.columns or said.decimal:
         return None
     beside = tuple(read_once(one, one.name) for one in companions(file.path))
-    foreign = block_tables.found_in(file, file.source, beside)
+    foreign = block_tables.found_in(file, file.source, beside, said.crs)
     if foreign is None:
         return None
     own = Said(crs=said.crs)

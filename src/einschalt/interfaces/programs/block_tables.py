@@ -25,7 +25,7 @@ from einschalt.interfaces.files.block_parts import Readers
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import NEW, NOTHING_SAID, ReadTable
 from einschalt.interfaces.programs import metashape_cameras
-from einschalt.interfaces.programs.foreign import Foreign
+from einschalt.interfaces.programs.foreign import Foreign, in_unit_of_system
 from einschalt.interfaces.programs.recognised import head_of, reader_of
 
 # tables of a block, and those of another program that can stand for them
@@ -52,11 +52,14 @@ def marker_reader_of(file):
     return odm_lists.read_odm if is_list else None
 
 
-def found_in(file, source=None, beside=()) -> Foreign | None:
-    """What another program has written into a file; None where it is a plain table."""
+def found_in(file, source=None, beside=(), crs=None) -> Foreign | None:
+    """What another program has written into a file; None where it is a plain table.
+
+    ``crs``: system of its ground coordinates, where it states none.
+    """
     read = reader_of(file)
     if read is not None:
-        return read(file)
+        return in_unit_of_system(read(file), source or Path(file).name, crs)
     read = marker_reader_of(file)
     if read is None:
         return None
@@ -69,7 +72,7 @@ def understand(path, schema, said=NOTHING_SAID, *, source=None, beside=()) -> Re
     """Read a table of a block, as understand_table does, from any known file."""
     source = source or Path(path).name
     is_table = said != replace(NOTHING_SAID, crs=said.crs, unit=said.unit)
-    foreign = None if is_table else found_in(path, source, beside)
+    foreign = None if is_table else found_in(path, source, beside, said.crs)
     if foreign is None:
         return understand_table(path, schema, said, source=source, beside=beside)
     return table_of(foreign, schema, source)

@@ -3,17 +3,26 @@
 import csv
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.errors import (
+    ProjectionError,
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import METRE, read_source_crs
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.text_encodings import read_table_text
+
+PLACE = ("easting", "northing", "height")
+METRES = "metres"
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +32,9 @@ class Foreign:
     ``tables`` by name: ``control_points``, ``image_points``, ``image_pairs``,
     ``orientations``, ``cameras`` …; each becomes a file of its own. ``cameras``: keys
     of a camera.toml by the name of the camera. ``unusable``: why there are no such keys
-    of another, by its name.
+    of another, by its name. ``unit``: of the ground coordinates, as the file states it,
+    and its length ``unit_m``; :func:`in_unit_of_system` brings them into that of their
+    system.
     """
 
     tables: dict = field(default_factory=dict)
@@ -31,6 +42,51 @@ class Foreign:
     notes: tuple[str, ...] = ()
     cameras: dict = field(default_factory=dict)
     unusable: dict = field(default_factory=dict)
+    unit: str = ""
+    unit_m: float | None = None
+
+
+def in_unit_of_system(foreign, source, crs=None) -> Foreign:
+    """The tables with ground coordinates in the unit of their system, and a note.
+
+    Of the file's own system, or else ``crs``; metres where there is none, and for
+    heights that have none.
+    """
+    control = foreign.tables.get("control_points")
+    if foreign.unit_m is None or control is None:
+        return foreign
+    columns, notes = {}, {}
+    for name, (unit, metres) in zip(PLACE, _units(foreign.crs or crs), strict=True):
+        # what is in the unit already keeps its digits
+        if name in control and not math.isclose(metres, foreign.unit_m, rel_tol=1e-9):
+            columns[name] = control[name] * (foreign.unit_m / metres)
+            notes.setdefault(unit, []).append(name)
+    notes = [
+        f"{source}: {name_some(names)} converted from {foreign.unit} to {unit}"
+        for unit, names in notes.items()
+    ]
+    tables = {**foreign.tables, "control_points": control.assign(**columns)}
+    notes = (*foreign.notes, *notes)
+    return replace(foreign, tables=tables, notes=notes, unit="", unit_m=None)
+
+
+def _units(crs):
+    """Name and length [m] of the units of easting, northing and height in a system."""
+    usual = [(METRES, 1.0)] * 3
+    try:
+        system = None if crs is None else read_source_crs(crs)
+    except ProjectionError:  # said where it is used
+        return usual
+    if system is None or system.is_geographic:
+        return usual
+    own = [
+        (
+            METRES if axis.unit_name == METRE else axis.unit_name,
+            axis.unit_conversion_factor,
+        )
+        for axis in system.axis_info
+    ]
+    return own + usual[len(own) :]
 
 
 @dataclass(frozen=True)

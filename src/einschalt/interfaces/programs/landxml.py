@@ -15,7 +15,7 @@ from einschalt.interfaces.programs.foreign import Foreign, is_finite
 NAMESPACE = "http://www.landxml.org/schema/LandXML-1.2"
 EXPECTED = "LandXML with CgPoints"
 ROLES = {"control": "control", "check": "checkpoint", "new": "proposed"}
-METRES = {"meter": 1.0, "": 1.0, "millimeter": 1e-3, "centimeter": 1e-2}
+METRES = {"meter": 1.0, "millimeter": 1e-3, "centimeter": 1e-2}
 METRES |= {"foot": 0.3048, "USSurveyFoot": 1200.0 / 3937.0, "kilometer": 1e3}
 
 
@@ -65,12 +65,15 @@ def is_landxml(head):
 
 
 def read_landxml(file) -> Foreign:
-    """Read the points of a file, in metres; references to other points are left out."""
+    """Read the points of a file in the unit that it states.
+
+    References to other points are left out.
+    """
     root = read_xml(file.data, file.source, EXPECTED)
     units = child(root, "Units")
     units = None if units is None or not len(units) else units[0]
     unit = "" if units is None else units.get("linearUnit", "")
-    if unit not in METRES:
+    if unit and unit not in METRES:
         raise damaged(file.source, f"the unit {unit!r} is unknown", EXPECTED)
     rows, n_references = [], 0
     for one in each(root, "CgPoint"):
@@ -82,7 +85,7 @@ def read_landxml(file) -> Foreign:
         if not name or len(words) not in (2, 3) or not all(map(is_finite, words)):
             said = f"point {name or '?'}: {' '.join(words)[:60]!r} is no place"
             raise damaged(file.source, said, "a name, northing and easting [height]")
-        north, east, *height = (float(word) * METRES[unit] for word in words)
+        north, east, *height = map(float, words)
         rows.append((name, east, north, height[0] if height else np.nan))
     names = ["point_id", "easting", "northing", "height"]
     if not rows:
@@ -92,4 +95,5 @@ def read_landxml(file) -> Foreign:
     system = child(root, "CoordinateSystem")
     code = None if system is None else system.get("epsgCode")
     crs = f"EPSG:{code}" if code and code.isdigit() else None
-    return Foreign({"control_points": table}, crs, tuple(notes))
+    stated = {"unit": unit, "unit_m": METRES[unit]} if unit else {}
+    return Foreign({"control_points": table}, crs, tuple(notes), **stated)

@@ -40,7 +40,7 @@ from einschalt.interfaces.programs import (
     pix4d_cameras,
     sinex,
 )
-from einschalt.interfaces.programs.foreign import Foreign
+from einschalt.interfaces.programs.foreign import Foreign, in_unit_of_system
 
 PLUGINS = "einschalt.readers"
 HEAD_BYTES = 4096
@@ -196,7 +196,7 @@ def read_foreign(path, name=None) -> Foreign:
             remedy="Say the format",
             file=Path(path).name,
         )
-    return read(path)
+    return in_unit_of_system(read(path), Path(path).name)
 
 
 def _of_file(known):

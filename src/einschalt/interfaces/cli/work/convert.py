@@ -22,6 +22,7 @@ from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
 from einschalt.interfaces.programs.block_tables import marker_reader_of
+from einschalt.interfaces.programs.foreign import in_unit_of_system
 from einschalt.interfaces.programs.recognised import reader_of
 
 FOR_CONTROL = mark("In block.toml: [control_points] {line}")
@@ -36,7 +37,8 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
     is_list = read_markers is not None and output.suffix.lower() == LIST_SUFFIX
     read = None if is_list else reader_of(given, kind)
     if read is not None:
-        _convert_foreign(read(given), given, output, crs)
+        found = in_unit_of_system(read(given), given.name, crs)
+        _convert_foreign(found, given, output, crs)
         return
     if read_markers is not None:
         markers = _in_system(read_markers(given, given.name), crs, given)
