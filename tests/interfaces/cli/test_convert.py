@@ -9,6 +9,10 @@ import pandas as pd
 import pyproj
 from tests.interfaces.files.test_marker_files import XML
 
+ONE_MORE = (
+    '<marker id="22" label="P3"><reference x="13.7" y="48.2" z="4" enabled="true"/>'
+    "</marker>"
+)
 TABLE = "Punktnr;Rechtswert;Hochwert;Art\n0012;13000,25;322000,5;Passpunkt\n"
 
 
@@ -29,6 +33,27 @@ def test_markers_become_tables_and_nothing_is_written_over(invoke, tmp_path):
         "13.5 48.25 411.5 1.5 2.25 A.JPG P1",
         "13.6 48.26 412 3 4 B.JPG CHK-P2",
     ]
+    assert "2 points, 2 measurements in 2 images in" in listed.stdout
+    assert "m.xml: 1 point without coordinates, left out: tie" in listed.stderr
+
+
+def test_a_list_of_no_point_is_refused(invoke, tmp_path):
+    text = re.sub("<reference x=[^>]*/>", "", XML)
+    (tmp_path / "m.xml").write_text(text, encoding="utf-8")
+    listed = invoke("convert", tmp_path / "m.xml", tmp_path / "gcp_list.txt")
+    assert listed.exit_code == 2
+    assert "no point has coordinates and was measured" in listed.stderr
+    assert not (tmp_path / "gcp_list.txt").exists()
+
+
+def test_points_without_a_measurement_are_told_of_a_list(invoke, tmp_path):
+    text = XML.replace('<marker id="22" label="tie"/>', ONE_MORE)
+    text = re.sub('<marker marker_id="22">.*?</marker>', "", text, flags=re.DOTALL)
+    (tmp_path / "m.xml").write_text(text, encoding="utf-8")
+    listed = invoke("convert", tmp_path / "m.xml", tmp_path / "gcp_list.txt")
+    assert listed.exit_code == 0, listed.output
+    assert "2 points, 2 measurements in 2 images in" in listed.stdout
+    assert "m.xml: 1 point measured in no image, left out: P3" in listed.stderr
 
 
 def in_system(text, crs):

@@ -5,6 +5,7 @@ counted from the upper left corner of the image, x to the right and y down.
 """
 
 import re
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -205,12 +206,37 @@ def _require_unmarked(names, path):
         )
 
 
-def write_odm(path, markers):
-    """Write a ``gcp_list.txt``; points without coordinates have no row in it.
+def as_listed(markers, source) -> Markers:
+    """The markers that have a row in a list, and notes on those that have none.
 
-    Check points are marked as ODM's users do. A FileError where a name has blanks,
-    which separate the columns, where the system is unknown, or a height.
+    A row needs coordinates of the point and a place in an image.
     """
+    points, measured = markers.points, markers.measurements
+    is_seen = points["point_id"].isin(measured["point_id"])
+    is_known = measured["point_id"].isin(points["point_id"])
+    unseen = points.loc[~is_seen, "point_id"]
+    unknown = measured.loc[~is_known, "point_id"].unique()
+    notes = []
+    if len(unseen):
+        said = kept("{n:point|points}", n=len(unseen))
+        notes.append(
+            f"{source}: {said} measured in no image, left out: {name_some(unseen, 8)}"
+        )
+    if len(unknown):
+        said = kept("{n:point|points}", n=len(unknown))
+        notes.append(
+            f"{source}: {said} without coordinates, left out: {name_some(unknown, 8)}"
+        )
+    return replace(
+        markers,
+        points=points[is_seen].reset_index(drop=True),
+        measurements=measured[is_known].reset_index(drop=True),
+        notes=(*markers.notes, *notes),
+    )
+
+
+def _table(path, markers):
+    """Rows of a list: measurements with the coordinates of their points."""
     if markers.crs is None:
         raise FileError(
             "the system of the points is unknown, and the list begins with it",
@@ -221,6 +247,13 @@ def write_odm(path, markers):
     table = markers.measurements.merge(
         markers.points, on="point_id", suffixes=("_image", "")
     )
+    if table.empty:
+        raise FileError(
+            "no point has coordinates and was measured in an image as well",
+            expected="points with both, which the list consists of",
+            remedy="Name a folder instead",
+            file=path,
+        )
     flat = table.loc[table["z"].isna(), "point_id"].unique()
     if len(flat):
         points = kept("{n:point|points}", n=len(flat))
@@ -230,6 +263,16 @@ def write_odm(path, markers):
             remedy="Add the heights, or convert into a folder",
             file=path,
         )
+    return table
+
+
+def write_odm(path, markers):
+    """Write a ``gcp_list.txt``; points without coordinates have no row in it.
+
+    Check points are marked as ODM's users do. A FileError where a name has blanks,
+    which separate the columns, where the system is unknown, or a height.
+    """
+    table = _table(path, markers)
     is_check = table["role"] == "check"
     _require_unmarked(table.loc[~is_check, "point_id"], path)
     table["point_id"] = table["point_id"].where(

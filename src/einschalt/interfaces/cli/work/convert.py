@@ -110,8 +110,10 @@ def _in_system(markers, crs, given):
 
 
 def _convert_markers(markers, given, output):
+    is_list = output.suffix.lower() == LIST_SUFFIX
+    markers = odm_lists.as_listed(markers, given.name) if is_list else markers
     _print_notes(markers.notes)
-    if output.suffix.lower() == LIST_SUFFIX:
+    if is_list:
         _require_free(output)
         odm_lists.write_odm(output, markers)
         report(output)
