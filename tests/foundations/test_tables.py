@@ -69,6 +69,22 @@ def test_missing_name_is_said(missing):
     )
 
 
+@pytest.mark.parametrize("sign", "\t\n\r\x0b\x85\u2028")
+@pytest.mark.parametrize("kind", ["str", object])
+def test_names_of_several_lines_are_refused(sign, kind):
+    names = pd.Series(["A", f"B{sign}1", f" C{sign}"], dtype=kind)
+    said = the_one(said_of(model_points(point_id=names)))
+    assert said.startswith("low.csv, row 1, point B\\")
+    assert "has a line break or a tab in it; expected a name in one line" in said
+
+
+def test_other_names_of_all_scripts_are_none_of_several_lines():
+    names = ["A 1", "Ä\u00a01", "点"]
+    checked = check_table(model_points(point_id=names), MODEL_POINTS)
+    assert checked.problems == ()
+    assert checked.frame["point_id"].tolist() == names
+
+
 def test_missing_names_are_not_repeated_rows_as_well():
     assert len(said_of(model_points(point_id=["", "", ""]))) == 3
 

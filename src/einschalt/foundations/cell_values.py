@@ -4,11 +4,13 @@ What pandas would take for a number without being told (True, dates) is none her
 what would make it raise (whole numbers of a thousand digits) is described instead.
 """
 
+import re
 from datetime import date
 from numbers import Number
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
@@ -19,6 +21,9 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 TEXT = pd.StringDtype(na_value=np.nan)  # what pandas makes of "str"
 LARGEST_BITS = 1000  # of a whole number that a float can hold
 BYTES_OF_DOUBLE = 8
+# tabs, and what parts lines, of whatever script
+BREAK = "[\t\n\x0b\x0c\r\x1c\x1d\x1e\x85\u2028\u2029]"
+FIRST_SIGN, LAST_SIGN = 0x20, 0x7F  # of ASCII
 COARSE = 1e-3  # what numbers of fewer bytes may be apart, in whatever unit
 
 
@@ -99,23 +104,50 @@ def is_text(raw):
 def identifiers(raw, *, is_tidy=None):
     """Names as text without blanks around them; as :func:`numbers` gives them.
 
-    ``is_tidy``: whether nothing is to be said of any, where that was looked at before.
+    Those with line breaks or tabs in them, as Alt+Enter makes in a cell, are faulty:
+    these end the row or the cell in lists of other programs. ``is_tidy``: whether no
+    name is missing or has blanks around it, where that was looked at before.
     """
     is_textual = is_text(raw)
     is_tidy = is_textual and are_tidy(raw) if is_tidy is None else is_tidy
     if is_tidy:
         text = raw if raw.dtype == TEXT else raw.astype(TEXT)
-        return text, np.zeros(len(raw), dtype=bool), described
+        if not _may_break(text):
+            return text, np.zeros(len(raw), dtype=bool), described
     text = raw if is_textual else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()
     is_bad = (text == "").to_numpy(dtype=bool)
+    if _may_break(text):
+        is_bad = is_bad | text.str.contains(BREAK, regex=True).to_numpy(dtype=bool)
 
     def say(value):
+        if isinstance(value, str) and re.search(BREAK, value.strip()):
+            return (
+                f"{described(value)} has a line break or a tab in it",
+                "a name in one line, without tabs",
+                "Write a blank or nothing in its place, in all tables alike",
+            )
         if is_textual or _name(value) or not np.all(pd.notna(value)):
             return "is missing", "a name", "Give the name or delete the row"
         return f"{described(value)} is no name", "a text", "Write the name as text"
 
     return text, is_bad, say
+
+
+def _may_break(text):
+    """Whether a column of text has bytes that may be those of a line break or a tab.
+
+    False is certain, and is seen without looking at each name.
+    """
+    column = pa.array(text, from_pandas=True)
+    for part in column.chunks if isinstance(column, pa.ChunkedArray) else [column]:
+        data = part.buffers()[-1]
+        if data is None or not data.size:
+            continue
+        signs = np.frombuffer(data, dtype=np.uint8)
+        if signs.min() < FIRST_SIGN or signs.max() > LAST_SIGN:
+            return True
+    return False
 
 
 def _name(value):
