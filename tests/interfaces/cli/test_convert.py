@@ -169,3 +169,57 @@ def test_points_of_landxml_are_in_the_unit_of_the_system_that_is_said(invoke, tm
     assert rows[1].startswith("A,989791.457,212522.519,3.048")
     assert "height converted from USSurveyFoot to metres" in shown.stderr
     assert 'crs = "EPSG:2263"' in shown.stdout
+
+
+LAND = """<LandXML><CgPoints>
+<CgPoint name="A">322000.5 13000.25 411</CgPoint>
+<CgPoint name="B">322100.5 13000.25 -9999</CgPoint>
+<CgPoint name="A">322000.5 13100.25 412</CgPoint>
+</CgPoints></LandXML>"""
+
+
+def test_what_check_would_refuse_is_told_of_tables_that_are_written(invoke, tmp_path):
+    (tmp_path / "a.xml").write_text(LAND)
+    shown = invoke("convert", "--json", tmp_path / "a.xml", tmp_path / "o")
+    assert shown.exit_code == 0, shown.output
+    assert (tmp_path / "o" / "control_points.csv").exists()
+    assert "problem: control_points.csv, row 4, point A: " in shown.stderr
+    problems = json.loads(shown.stdout)["problems"]
+    assert [one["row"] for one in problems] == [4]
+    (tmp_path / "a.xml").write_text(
+        LAND.replace('name="A">322000.5 131', 'name="C">7 131')
+    )
+    shown = invoke("convert", tmp_path / "a.xml", tmp_path / "p")
+    assert "row 3, point B: height = -9999, as programs write" in shown.stderr
+
+
+def test_markers_without_a_name_are_told(invoke, tmp_path):
+    text = XML.replace('label="P2"', 'label=" "')
+    (tmp_path / "m.xml").write_text(text, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "m.xml", tmp_path / "o")
+    assert shown.exit_code == 0, shown.output
+    for name in ("control_points.csv, row 3", "image_points.csv, row 3"):
+        assert f"problem: {name}" in shown.stderr
+    assert "point_id is missing" in shown.stderr
+    listed = invoke("convert", tmp_path / "m.xml", tmp_path / "gcp_list.txt")
+    assert listed.exit_code == 2
+    assert "m.xml: point_id is missing" in listed.stderr
+    assert not (tmp_path / "gcp_list.txt").exists()
+
+
+def test_latitudes_beyond_the_pole_are_told(invoke, tmp_path):
+    (tmp_path / "m.xml").write_text(XML.replace('y="48.25"', 'y="98.25"'))
+    shown = invoke("convert", tmp_path / "m.xml", tmp_path / "o")
+    assert shown.exit_code == 0, shown.output
+    said = "control_points.csv, row 2, point P1: latitude = 98.25; expected -90 to 90"
+    assert f"problem: {said}" in shown.stderr
+
+
+def test_a_table_with_heights_of_none_is_refused(invoke, tmp_path):
+    (tmp_path / "t.csv").write_text(
+        TABLE.replace("Art", "H").replace("Passpunkt", "-9999")
+    )
+    shown = invoke("convert", tmp_path / "t.csv", tmp_path / "u.csv")
+    assert shown.exit_code == 2
+    assert "t.csv, row 2, point 0012: height = -9999" in shown.stderr
+    assert not (tmp_path / "u.csv").exists()

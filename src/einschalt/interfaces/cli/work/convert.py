@@ -6,12 +6,19 @@ from dataclasses import replace
 import tomli_w
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError, OutputError, TableError, name_some
+from einschalt.foundations.errors import (
+    FileError,
+    OutputError,
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.kept_texts import kept, retold
 from einschalt.foundations.language import ENGLISH, mark, translated, written_in
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import print_error, print_out
-from einschalt.interfaces.cli.outcome import report
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
 from einschalt.interfaces.files import odm_lists
 from einschalt.interfaces.files.atomic import make_folder
@@ -22,6 +29,7 @@ from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
 from einschalt.interfaces.programs.block_tables import marker_reader_of
+from einschalt.interfaces.programs.converted_faults import faults_of, faults_of_places
 from einschalt.interfaces.programs.foreign import in_unit_of_system
 from einschalt.interfaces.programs.recognised import reader_of
 
@@ -74,8 +82,18 @@ def _convert_foreign(foreign, given, output, crs):
         facts = {"n": len(foreign.tables[name]), "file": given.name, "path": path}
         print_out(translated("{n:row|rows} of {file} in {path}", **facts))
     crs = _in_system(foreign, crs, given).crs
+    _print_faults({n: (foreign.tables[n], path) for n, path in paths.items()}, crs)
     if crs is not None and CONTROL in {path.name for path in paths.values()}:
         print_out(translated(FOR_CONTROL, line=_crs_line(crs)))
+
+
+def _print_faults(tables, crs):
+    """Tell what check would refuse in tables that were written, by name."""
+    for name, (frame, path) in tables.items():
+        faults = faults_of(name, frame, path.name, crs)
+        report_problems(*faults)
+        for fault in faults:
+            print_error(translated("problem: {problem}", problem=told(fault)))
 
 
 def _camera_paths(cameras, output):
@@ -114,6 +132,10 @@ def _convert_markers(markers, given, output):
     markers = odm_lists.as_listed(markers, given.name) if is_list else markers
     _print_notes(markers.notes)
     if is_list:
+        for name, table in markers.tables().items():
+            faults = faults_of(name, table, given.name, markers.crs)
+            # its own lines are not those of the table
+            raise_problems([fault.with_facts(row=None) for fault in faults])
         _require_free(output)
         odm_lists.write_odm(output, markers)
         report(output)
@@ -132,6 +154,9 @@ def _convert_markers(markers, given, output):
     facts = {"markers": _said(markers), "file": given.name}
     facts |= {"control": control, "measured": measured}
     print_out(translated("{markers} of {file} in {control} and {measured}", **facts))
+    paths = {"control_points": control, "image_points": measured}
+    tables = markers.tables()
+    _print_faults({n: (tables[n], path) for n, path in paths.items()}, markers.crs)
     if markers.crs is not None:
         print_out(translated(FOR_CONTROL, line=_crs_line(markers.crs)))
 
@@ -170,6 +195,8 @@ def _convert_table(found, given, output):
             remedy="Name such a file",
         )
     schema = KINDS[table.kind]
+    if table.kind == "ground":
+        raise_problems(faults_of_places(table.frame, given.name, table.crs))
     names = [name for name in schema.names if name in table.frame]
     if "longitude" in table.frame:  # checked as such when it was looked at
         names = ["point_id", "longitude", "latitude", *names[1:]]
