@@ -7,7 +7,11 @@ from xml.sax.saxutils import escape
 
 import pandas as pd
 import pyproj
+from fuzz.foreign_files import VRT
 from tests.interfaces.files.test_marker_files import XML
+
+from einschalt.foundations.errors import OutputError
+from einschalt.interfaces.cli.work import convert
 
 ONE_MORE = (
     '<marker id="22" label="P3"><reference x="13.7" y="48.2" z="4" enabled="true"/>'
@@ -223,3 +227,47 @@ def test_a_table_with_heights_of_none_is_refused(invoke, tmp_path):
     assert shown.exit_code == 2
     assert "t.csv, row 2, point 0012: height = -9999" in shown.stderr
     assert not (tmp_path / "u.csv").exists()
+
+
+def test_a_convert_that_fails_half_way_can_be_repeated(invoke, tmp_path, monkeypatch):
+    (tmp_path / "m.xml").write_text(XML, encoding="utf-8")
+    written = []
+
+    def write(frame, path):
+        if written:
+            raise OutputError("no space left", file=path)
+        written.append(path)
+        path.write_text("half")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(convert, "write_csv", write)
+        failed = invoke("convert", tmp_path / "m.xml", tmp_path / "o", "--json")
+    assert failed.exit_code == 2
+    assert json.loads(failed.stdout)["paths"] == []
+    assert written == [tmp_path / "o" / "control_points.csv"]
+    assert not list((tmp_path / "o").iterdir())
+    again = invoke("convert", tmp_path / "m.xml", tmp_path / "o")
+    assert again.exit_code == 0, again.output
+
+
+def test_tables_of_a_program_that_fail_half_way_are_removed(
+    invoke, tmp_path, monkeypatch
+):
+    (tmp_path / "a.vrt").write_text(VRT)
+
+    def write(frame, path):
+        if path.name == "image_points.csv":
+            raise OutputError("no space left", file=path)
+        path.write_text("half")
+
+    monkeypatch.setattr(convert, "write_csv", write)
+    failed = invoke("convert", tmp_path / "a.vrt", tmp_path / "o")
+    assert "no space left" in failed.stderr
+    assert not list((tmp_path / "o").iterdir())
+
+
+def test_the_folder_of_a_list_is_made_as_that_of_a_table_is(invoke, tmp_path):
+    (tmp_path / "m.xml").write_text(XML, encoding="utf-8")
+    listed = invoke("convert", tmp_path / "m.xml", tmp_path / "new" / "gcp_list.txt")
+    assert listed.exit_code == 0, listed.output
+    assert (tmp_path / "new" / "gcp_list.txt").exists()

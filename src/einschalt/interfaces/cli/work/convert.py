@@ -1,6 +1,7 @@
 """What ``einschalt convert`` does."""
 
 import os
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import tomli_w
@@ -71,13 +72,16 @@ def _convert_foreign(foreign, given, output, crs):
     for path in (*paths.values(), *cameras.values()):
         _require_free(path)
     make_folder(output)
+    with _all_or_none((*paths.values(), *cameras.values())):
+        for name, path in cameras.items():
+            write_keys(path, foreign.cameras[name])
+        for name, path in paths.items():
+            write_csv(foreign.tables[name], path)
     for name, path in cameras.items():
-        write_keys(path, foreign.cameras[name])
         report(path)
         facts = {"name": shortened(name), "file": given.name, "path": path}
         print_out(translated("camera {name} of {file} in {path}", **facts))
     for name, path in paths.items():
-        write_csv(foreign.tables[name], path)
         report(path, **{f"n_{name}": len(foreign.tables[name])})
         facts = {"n": len(foreign.tables[name]), "file": given.name, "path": path}
         print_out(translated("{n:row|rows} of {file} in {path}", **facts))
@@ -85,6 +89,21 @@ def _convert_foreign(foreign, given, output, crs):
     _print_faults({n: (foreign.tables[n], path) for n, path in paths.items()}, crs)
     if crs is not None and CONTROL in {path.name for path in paths.values()}:
         print_out(translated(FOR_CONTROL, line=_crs_line(crs)))
+
+
+@contextmanager
+def _all_or_none(paths):
+    """Remove files that were free before, if one of them could not be written.
+
+    They would stand in the way of the next run.
+    """
+    try:
+        yield
+    except BaseException:
+        for path in paths:
+            with suppress(OSError):  # what went wrong before is told
+                path.unlink(missing_ok=True)
+        raise
 
 
 def _print_faults(tables, crs):
@@ -137,6 +156,7 @@ def _convert_markers(markers, given, output):
             # its own lines are not those of the table
             raise_problems([fault.with_facts(row=None) for fault in faults])
         _require_free(output)
+        make_folder(output.absolute().parent)
         odm_lists.write_odm(output, markers)
         report(output)
         facts = {"markers": _said(markers), "path": output}
@@ -148,8 +168,9 @@ def _convert_markers(markers, given, output):
     for path in (control, measured):
         _require_free(path)
     make_folder(output)
-    write_csv(markers.control_points(), control)
-    write_csv(markers.measurements, measured)
+    with _all_or_none((control, measured)):
+        write_csv(markers.control_points(), control)
+        write_csv(markers.measurements, measured)
     report(control, measured)
     facts = {"markers": _said(markers), "file": given.name}
     facts |= {"control": control, "measured": measured}
