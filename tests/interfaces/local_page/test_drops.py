@@ -1,5 +1,6 @@
 """Files that are dropped: whole, within limits, and made a block."""
 
+import ast
 import asyncio
 import errno
 import io
@@ -15,6 +16,7 @@ from einschalt.foundations.language import written_in
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.local_page import drop_pages, dropped_files
 from einschalt.interfaces.local_page.refusals import TooLargeError
+from einschalt.interfaces.new_block import proposal
 from einschalt.interfaces.new_block.questions import Question
 
 CHUNK = bytes(2**20)
@@ -237,3 +239,25 @@ def test_what_was_dropped_goes_with_the_session(visit, root, small_block):
     assert folder.stat().st_mode & 0o077 == 0
     visitor.session.close()
     assert not folder.exists()
+
+
+def test_no_remedy_of_the_page_is_an_option_of_a_command():
+    """Whoever drops files can name nothing after --from."""
+    told_of_options = []
+    for path in Path(proposal.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.keyword) and node.arg == "remedy":
+                text = ast.unparse(node.value)
+                told_of_options += [text] if "--from" in text else []
+    assert len(told_of_options) == 7
+    for text in told_of_options:
+        error = SettingsError("x", remedy=ast.literal_eval(text))
+        assert "--" not in told(drop_pages._as_dropped(error))
+
+
+def test_two_tables_of_control_are_told_as_on_a_page(visit, root):
+    text = "point_id,easting,northing\nA,13000.25,322000.5\nB,13100.25,322000.5\n"
+    visitor = visit(root)
+    shown = visitor.get(dropped(visitor, {"a.csv": text, "b.csv": text})).text
+    assert "Drop the files again, with one of them alone" in shown
+    assert "--from" not in shown

@@ -15,7 +15,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.local_page.pages import (
     form_of,
     messages_of,
@@ -26,6 +26,7 @@ from einschalt.interfaces.local_page.pages import (
 )
 from einschalt.interfaces.local_page.refusals import RefusedError
 from einschalt.interfaces.local_page.session import Place
+from einschalt.interfaces.local_page.words import INSTEAD_OF_OPTIONS
 from einschalt.interfaces.new_block.block_text import block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
@@ -92,12 +93,18 @@ async def new_page(request):
     return page("new", session=session, place=place, asked=asked, **facts)
 
 
+def _as_dropped(error):
+    """The error with the remedy of those who drop files, and write no command."""
+    return answered_elsewhere(error, INSTEAD_OF_OPTIONS)
+
+
 def _proposed(place, asked):
     """The proposal of a block, or why there is none yet."""
     try:
         proposal, left_out = _proposal(place, asked)
     except EinschaltError as error:
-        return {"proposal": None, "messages": messages_of(error), "left_out": []}
+        messages = messages_of(_as_dropped(error))
+        return {"proposal": None, "messages": messages, "left_out": []}
     return {"proposal": proposal, "messages": [], "left_out": left_out}
 
 
@@ -126,7 +133,8 @@ def _proposal(place, asked):
             )
         )
     given = {} if crs is None else {("block", "crs"): crs}
-    return propose(found, given), [messages_of(error)[0] for error in refused]
+    left_out = [messages_of(_as_dropped(error))[0] for error in refused]
+    return propose(found, given), left_out
 
 
 @with_refusals

@@ -79,3 +79,32 @@ PARTS = mark_each(
         "camera": "camera",
     }
 )
+
+# remedies of those who drop files, by words of those of einschalt init, in whose place
+# they stand
+INSTEAD_OF_OPTIONS = mark_each(
+    {
+        "Name it after --from": "Drop its file with the others",
+        "Name one of them after --from": "Drop the files again, with one of them alone",
+        "Name that one after --from": "Drop the files again, with that one alone",
+        "name it after --from: convention": (
+            'Write a camera.toml and drop it with the others: convention = "mm", c = '
+            "principal distance in mm, pixel_size_um, width and height of the images "
+            "in pixels"
+        ),
+        "name the files that belong together after --from": (
+            "Rename the points in one of them, or drop the files that belong together"
+        ),
+        "Name after --from the model points": (
+            "Drop the model points as well, or the image points and models"
+        ),
+        "Name the flight after --from": (
+            "Drop the flight as well, or leave the file out"
+        ),
+        'decimal = ","': (
+            "Choose the decimal sign below, if they are decimal commas; otherwise take "
+            "them out"
+        ),
+        "columns = {easting": "Name the column that is the easting, and the northing",
+    }
+)
