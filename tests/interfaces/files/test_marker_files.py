@@ -242,3 +242,11 @@ def test_damaged_files_are_refused_with_line_and_remedy(tmp_path, name, text, sa
     }
     with pytest.raises(EinschaltError, match=said):
         readers[name](written(tmp_path, name, text))
+
+
+def test_a_list_names_the_names_with_blanks_alone(tmp_path):
+    text = XML.replace('label="P1"', 'label="P 1"').replace('"B.JPG"', '"B 2.JPG"')
+    markers = read_metashape(written(tmp_path, "m.xml", text))
+    with pytest.raises(EinschaltError) as refused:
+        write_odm(tmp_path / "gcp_list.txt", markers)
+    assert refused.value.found == "names with blanks: 'B 2.JPG', 'P 1'"

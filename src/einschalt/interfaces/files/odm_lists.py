@@ -279,10 +279,11 @@ def write_odm(path, markers):
         ~is_check, CHECK_MARK + table["point_id"]
     )
     names = table[["image_id", "point_id"]]
-    odd = names[names.apply(lambda column: column.str.contains(r"\s")).any(axis=1)]
+    every = pd.concat([names[name] for name in names]).drop_duplicates()
+    odd = every[every.str.contains(r"\s")]
     if len(odd):
         raise FileError(
-            f"the names {' and '.join(map(repr, odd.iloc[0]))} have blanks",
+            f"names with blanks: {name_some(map(repr, odd), 8)}",
             expected="names without blanks, which separate the columns of the list",
             remedy="Rename them, or convert into a folder",
             file=path,
