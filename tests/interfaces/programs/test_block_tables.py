@@ -86,6 +86,18 @@ def test_control_may_stand_in_a_file_of_another_program(small_block, name, writt
     assert any("after the manual" in n for n in found.notes) == (name == "c.con")
 
 
+def test_a_note_on_a_file_that_two_tables_name_stands_once(small_block):
+    """Also where the block has a problem: a high flight and approximate points."""
+    small_block.write("markers.xml", markers(rows(small_block)))
+    small_block.replace("block.toml", "control_points.csv", "markers.xml")
+    more = '[approximate_points]\nfile = "markers.xml"\nm_0_m = 5.0\n'
+    small_block.replace("block.toml", "[low_flight]", f"{more}\n[low_flight]")
+    found = find_problems(small_block.path)
+    assert found.problems
+    told = [note for note in found.notes if "not enabled" in note]
+    assert told == ["markers.xml: 1 marker not enabled, taken for check points"]
+
+
 def test_what_is_no_control_is_refused_by_its_name(small_block):
     def said(name, text):
         small_block.write(name, text)

@@ -108,7 +108,7 @@ def find_problems(path, given=None, *, kind=Block, readers=None) -> BlockFinding
     found = check_block(SimpleNamespace(**fields), frozenset(toml.said))
     text = file.data.decode("utf-8-sig")
     problems = [with_row(p, text, toml.source) for p in (*problems, *found.problems)]
-    notes = (*fields["notes"], *found.notes)
+    notes = tuple(dict.fromkeys((*fields["notes"], *found.notes)))
     return BlockFindings(tuple(problems), found.model_problems, notes, None)
 
 
