@@ -25,6 +25,7 @@ MEND = "Give a value or delete the row"
         ("1_000", "'1_000' has separators of thousands", "Write 1000"),
         (True, "'True' is not a number", MEND),
         ("12.5 m", "'12.5 m' is not a number", MEND),
+        ("\u0663", "'\u0663' is not a number", MEND),
         ("1.2.3", "'1.2.3' is not a number", MEND),
         ("1,2,3", "'1,2,3' is not a number", MEND),
         ("1,5", "'1,5' has a decimal comma", "Write 1.5"),

@@ -77,6 +77,8 @@ SINGLE_WORDS = {
     mark("commas"),
     mark("semicolons"),
     mark("tabs"),
+    mark("bars"),
+    mark("blanks"),
     mark("metres"),
     mark("millimetres"),
     mark("degree"),

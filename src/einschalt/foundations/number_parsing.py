@@ -86,7 +86,8 @@ def is_number(text):
         float(text)
     except ValueError:
         return False
-    return "_" not in text  # 1_000 is a number to Python alone
+    # 1_000, and digits of other scripts, are numbers to Python alone
+    return "_" not in text and text.strip().isascii()
 
 
 def _separators(text):

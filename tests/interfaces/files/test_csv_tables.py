@@ -72,6 +72,20 @@ def test_left_out_heights_are_missing_and_not_refused(tmp_path):
     np.testing.assert_array_equal(checked.frame["height"], [3.0, np.nan])
 
 
+@pytest.mark.parametrize(
+    ("row", "remedy"),
+    [
+        ("1/2 P 1 1.5 2.5", "Write names without blanks, or part the columns by tabs"),
+        ("1/2 P1 1.5", "Part the values as the header does"),
+    ],
+)
+def test_rows_of_a_list_that_blanks_part_are_told_so(tmp_path, row, remedy):
+    with pytest.raises(EinschaltError) as refused:
+        read(tmp_path, f"model_id point_id x y\n1/2 A 1.5 2.5\n{row}\n")
+    assert "expected 4 values separated by blanks" in str(refused.value)
+    assert remedy in str(refused.value)
+
+
 def test_header_may_have_blanks(tmp_path):
     frame = read(tmp_path, HEADER.replace(",", " , ") + "1,1/2,A,1,2\n")
     assert list(frame.columns) == ["coverage", "model_id", "point_id", "x", "y"]

@@ -7,7 +7,7 @@ some programs write it. A list of points may have none.
 import csv
 import io
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
@@ -42,6 +42,7 @@ class Header:
     end: int  # the last line before the values
     # of a list without names: positions of what is no coordinate
     usual: dict | None = field(default=None)
+    has_blanks: bool = False  # in the file, where tabs part the columns now
 
 
 def read_header(data, schema, said, source):
@@ -60,7 +61,7 @@ def read_header(data, schema, said, source):
     if header.separator != BLANK:
         return data, header
     data = b"\n".join(BLANKS.sub(b"\t", one.strip()) for one in data.splitlines())
-    return data, Header(header.names, "\t", header.row, header.end, header.usual)
+    return data, replace(header, separator="\t", has_blanks=True)
 
 
 def _head(data):

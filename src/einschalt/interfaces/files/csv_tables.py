@@ -230,6 +230,8 @@ class _Rows:
             remedy = f"Put a value that holds {self._name} itself into quotes"
             if self.header.separator == ",":
                 remedy = "Write decimal points, not commas, and quote texts with commas"
+            if self.header.has_blanks:
+                remedy = "Write names without blanks, or part the columns by tabs"
         return TableError(
             f"the row has {n_values} values, the header {n_columns}",
             expected=f"{n_columns} values separated by {self._name}",
@@ -240,7 +242,7 @@ class _Rows:
 
     @property
     def _name(self):
-        return SEPARATORS[self.header.separator]
+        return "blanks" if self.header.has_blanks else SEPARATORS[self.header.separator]
 
     def _quote_problem(self, line, last_line, error=None):
         if "field larger" in str(error):
