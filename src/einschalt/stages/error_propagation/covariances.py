@@ -79,8 +79,8 @@ class SharedCovariances:
         bundles, met_of_these = met.alone()
         joint = self._through_models(chains, size, bundles, met_of_these, sizes)
         others = {name: one for name, one in chains.items() if name not in joint}
-        n_columns = _n_parameters(chains)
-        for source, rows in _rows_to_bundles(others, size, bundles, n_columns):
+        n = _n_parameters(chains)
+        for source, rows in _rows_to_bundles(others, size, bundles, n):
             each = standard_errors[source]
             joint[source] = joint_covariance(rows, met_of_these, size, each)
         joint = {name: joint[name] for name in chains}
@@ -94,9 +94,8 @@ class SharedCovariances:
             return {}
 
         def rows_of(product):
-            n_columns = product.shape[0]
-            ((_, rows),) = _rows_to_bundles({"": product}, size, bundles, n_columns)
-            return rows.factors[0]
+            n, one = product.shape[0], {"": product}
+            return next(_rows_to_bundles(one, size, bundles, n))[1].factors[0]
 
         found = {
             name: joint_through_models(rows_of, chain, met, size, each)
@@ -415,8 +414,8 @@ def _by_rows(chains, standard_errors, n_points):
 
 def _n_parameters(chains):
     """How many numbers chains lead to; the parameters may be a source themselves."""
-    products = (one for chain in chains.values() for one in chain.products)
-    return next(one.shape[0] for one in products if one.factors)
+    known = (one for chain in chains.values() for one in chain.products if one.factors)
+    return next(known).shape[0]
 
 
 def _rows_to_bundles(chains, size, bundles, n_columns):
@@ -425,8 +424,6 @@ def _rows_to_bundles(chains, size, bundles, n_columns):
     Yields the name of each source, and its rows as a PointOperator; ``n_columns`` are
     the numbers that stand in all bundles.
     """
-    if not chains:
-        return
     each = np.tile(np.eye(size), (len(bundles), 1, 1))
     pointer = np.arange(len(bundles) + 1)
     shape = len(bundles) * size, n_columns
