@@ -15,6 +15,7 @@ from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.header_units import (
     ABOVE,
     is_length,
+    is_unit,
     may_be_in,
     parted_unit,
 )
@@ -281,8 +282,23 @@ def _given(names, schema, given, where):
                 remedy="Correct columns in block.toml",
                 **where,
             )
+        _require_own_unit(said, name, schema, where)
         taken[name] = list(names).index(said)
     return taken
+
+
+def _require_own_unit(said, name, schema, where):
+    """Refuse a column that was named for another one, and has a unit of its own."""
+    expected = next(column.unit for column in schema.columns if column.name == name)
+    unit = parted_unit(said)[1]
+    if not expected or unit is None or not is_unit(unit) or may_be_in(unit, expected):
+        return
+    raise TableError(
+        f"column '{shortened(said)}', named for {name}, is in {unit}",
+        expected=expected,
+        remedy=f"Give it in {expected}, or correct its name if that is wrong",
+        **where,
+    )
 
 
 def _candidates(names, rest, schema, name):
@@ -369,7 +385,8 @@ def _units(names, taken, given, schema):
         for name, place in taken.items()
         if is_length(of_column[name])
     }
-    return {name: unit for name, unit in said.items() if unit is not None}
+    # what else stands in brackets, such as a year, is a part of a name that was given
+    return {n: u for n, u in said.items() if u is not None and is_unit(u)}
 
 
 def _letters(names, rest, schema, taken):

@@ -40,6 +40,14 @@ ABOVE = (
 )
 LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
 DEGREES = {"deg", "°"}
+GONS = {"gon", "grad", "grads"}
+# that measure something, and in which no column is read, or not every one
+OTHERS = {
+    *("nm", "dm", "hm", "in", "inch", "inches", "zoll", '"', "yd", "yard", "yards"),
+    *("mi", "mile", "miles", "nmi"),
+    *("rad", "mrad", "mgon", "cgon", "arcsec", "arcmin", "'", "′", "″", "%", "ppm"),
+}
+SQUARE = re.compile(r"(\w+)(2|\^2)")
 
 
 def plain_unit(text):
@@ -90,4 +98,17 @@ def may_be_in(said, unit):
     """
     if is_length(unit):
         return said in METRES_PER_LENGTH or (said == PIXELS and "pixels" in unit)
+    if unit == "square metres":
+        return said in ("m2", "m^2")
     return unit == "degrees" and said in DEGREES
+
+
+def is_unit(said):
+    """Whether what stands in brackets behind a name is a unit, of whatever kind.
+
+    >>> is_unit("ft"), is_unit("dm"), is_unit("cm2"), is_unit("GK M34")
+    (True, True, True, False)
+    """
+    root = square[1] if (square := SQUARE.fullmatch(said)) else said
+    known = {*SIGNS.values(), *METRES_PER_LENGTH, *DEGREES, *GONS, *OTHERS}
+    return root.casefold() in known

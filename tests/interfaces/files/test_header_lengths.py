@@ -3,7 +3,12 @@
 import pytest
 
 from einschalt.foundations.errors import TableError
-from einschalt.foundations.tables import IMAGE_POINTS, MODEL_POINTS, Y_PARALLAXES
+from einschalt.foundations.tables import (
+    CONTROL_POINTS,
+    IMAGE_POINTS,
+    MODEL_POINTS,
+    Y_PARALLAXES,
+)
 from einschalt.interfaces.files.csv_tables import understand_csv
 from einschalt.interfaces.files.understood_tables import Said
 
@@ -55,3 +60,35 @@ def test_parallaxes_are_brought_to_the_unit_of_their_places(tmp_path):
 def test_what_is_no_number_is_still_said_as_it_stands(tmp_path):
     text = IMAGES.format("um").replace("-2000", "2o")
     assert read_text(tmp_path, text, IMAGE_POINTS).frame["y"].tolist() == ["2o"]
+
+
+@pytest.mark.parametrize("unit", ["dm", "ft", "px", "gon", "°", "Zoll"])
+def test_a_column_that_was_named_is_refused_in_another_unit(tmp_path, unit):
+    (tmp_path / "t.csv").write_text(f"point_id;a [{unit}];b [{unit}]\nA;1;2\n")
+    said = Said(columns={"easting": f"a [{unit}]", "northing": f"b [{unit}]"})
+    with pytest.raises(TableError, match=r"named for easting, is in .*expected metres"):
+        understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said)
+
+
+def test_what_is_no_unit_is_part_of_a_name_that_was_given(tmp_path):
+    (tmp_path / "t.csv").write_text("point_id;a [neu];b [cm]\nA;1;2\n")
+    said = Said(columns={"easting": "a [neu]", "northing": "b [cm]"})
+    with pytest.raises(TableError, match=r"'b \[cm\]' is in cm, .* states no unit"):
+        understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said)
+    said = Said(columns={"easting": "a [neu]"})
+    (tmp_path / "t.csv").write_text("point_id;a [neu];northing\nA;1;2\n")
+    table = understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said)
+    assert table.frame["easting"].tolist() == [1.0]
+    assert "column 'a [neu]' = easting" in table.notes[0]
+
+
+def test_variances_in_another_unit_are_refused(tmp_path):
+    text = "point_id;easting;northing;c [{}]\nA;1;2;3\n"
+    said = Said(columns={"covariance_en": "c [mm²]"})
+    (tmp_path / "t.csv").write_text(text.format("mm²"), encoding="utf-8")
+    with pytest.raises(TableError, match="is in mm2; expected square metres"):
+        understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said)
+    said = Said(columns={"covariance_en": "c [m²]"})
+    (tmp_path / "t.csv").write_text(text.format("m²"), encoding="utf-8")
+    frame = understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said).frame
+    assert frame["covariance_en"].tolist() == [3.0]
