@@ -1,6 +1,7 @@
 """Tables as offices have them: read as they were meant, or refused with a question."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -334,3 +335,31 @@ def test_a_long_cell_in_place_of_a_name_takes_no_time(tmp_path, sign):
     with pytest.raises(EinschaltError):
         require_sound(tmp_path, f"Nr,E,{sign * 20_000}x\n1,2,3\n")
     assert time.process_time() - started < 5.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "10009.37 326802.003 512.3\n10100.1 326900.2 511\n",
+        "10009,37;326802,003;512,3\n10100,1;326900,2;511\n",
+    ],
+)
+def test_a_list_without_names_whose_first_number_may_be_a_coordinate(tmp_path, text):
+    """The height would be the easting."""
+    with pytest.raises(TableError, match="is that a name or a coordinate") as caught:
+        read(tmp_path, text)
+    assert caught.value.row == 1
+    own = replace(AUSTRIA, columns={"point_id": "column 1"})
+    assert len(read(tmp_path, "1.10 10009.37 326802.003\n", own).frame) == 1
+    # one name with decimals among others is a name
+    mixed = "7.1 10009.37 326802.003\nA1 10100.1 326900.2\n"
+    assert read(tmp_path, mixed).frame["point_id"].tolist() == ["7.1", "A1"]
+
+
+def test_heights_of_a_list_without_names(tmp_path):
+    first_lacks_it = "1;10009,37;326802,003;\n2;10100,5;326900,1;511,2\n"
+    heights = read(tmp_path, first_lacks_it).frame["height"]
+    assert heights.isna().tolist() == [True, False]
+    second_pair = "1;10009,37;326802,003;10009,4;326802\n"
+    with pytest.raises(TableError, match="'column 4' cannot be the height"):
+        read(tmp_path, second_pair)

@@ -161,7 +161,8 @@ def _missing(lines, row, separator, schema):
         cells = _parted(line, sign) if line else []
         places = places_of_marks(cells, schema)
         if is_list_of_points(cells, schema):
-            places = usual_places(cells, schema)
+            rows = [_parted(one, sign) for one in lines[:HEAD_ROWS]]
+            places = usual_places(rows, schema)
         if places is not None:
             names = [f"column {k}" for k in range(1, len(cells) + 1)]
             usual = {name: names[k] for name, k in places.items()}

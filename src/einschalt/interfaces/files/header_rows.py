@@ -113,9 +113,22 @@ def places_of_marks(cells, schema):
     return {"image_id": image, "point_id": 1 - image, "x": 2, "y": 3}
 
 
-def usual_places(cells, schema):
-    """Columns of such a list beside the two coordinates, by their positions."""
+def usual_places(rows, schema):
+    """Columns of such a list beside the two coordinates, by their positions.
+
+    ``rows``: the first ones; what a column holds tells the first cell that is filled.
+
+    >>> from einschalt.foundations.tables import CONTROL_POINTS
+    >>> rows = [["1", "13082.6", "326844.2", ""], ["2", "13182.6", "326844.2", "512"]]
+    >>> usual_places(rows, CONTROL_POINTS)
+    {'point_id': 0, 'height': 3}
+    """
     found = {"point_id": 0}
+    width = len(rows[0])
+    cells = [
+        next((row[k] for row in rows if len(row) == width and row[k]), "")
+        for k in range(width)
+    ]
     for place, cell in enumerate(cells[3:], 3):
         if place == 3 and is_measure(cell) and "height" in schema.names:
             found["height"] = place

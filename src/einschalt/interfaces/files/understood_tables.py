@@ -39,6 +39,7 @@ from einschalt.foundations.projections import axis_letters, label_of
 from einschalt.foundations.tables import LINE, ROLES
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.header_lengths import in_expected_units
+from einschalt.interfaces.files.lists_without_names import refuse_other_lists
 from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
 
 ROLE = "role"
@@ -110,6 +111,7 @@ def understood(frame, schema, said, meant, source) -> ReadTable:
     notes.insert(0, repeated)
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
+    refuse_other_lists(frame, meant, said, source)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:
         frame, note = _with_axes(frame, said, meant, source)
