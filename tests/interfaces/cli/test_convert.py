@@ -271,3 +271,17 @@ def test_the_folder_of_a_list_is_made_as_that_of_a_table_is(invoke, tmp_path):
     listed = invoke("convert", tmp_path / "m.xml", tmp_path / "new" / "gcp_list.txt")
     assert listed.exit_code == 0, listed.output
     assert (tmp_path / "new" / "gcp_list.txt").exists()
+
+
+def test_the_unit_of_a_header_is_not_lost(invoke, tmp_path):
+    models = "model_id,point_id,x [µm],y [µm],z [µm]\n7,A,1000,-2500,3\n"
+    (tmp_path / "m.csv").write_text(models, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "m.csv", tmp_path / "out.csv")
+    assert "m.csv: converted from um to mm" in shown.stderr
+    frame = pd.read_csv(tmp_path / "out.csv")
+    assert frame[["x", "y", "z"]].to_numpy().tolist() == [[1.0, -2.5, 0.003]]
+    images = "image_id,point_id,x [px],y [px]\n7,A,1000,2500\n"
+    (tmp_path / "i.csv").write_text(images, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "i.csv", tmp_path / "images.csv")
+    assert "image coordinates are pixels" in shown.stderr
+    assert pd.read_csv(tmp_path / "images.csv")["x"].tolist() == [1000]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import TableError
-from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS
+from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, is_length
 from einschalt.foundations.tables import IMAGE_PAIRS, IMAGE_POINTS
 
 # of each of these all columns have one unit
@@ -45,6 +45,25 @@ def in_expected_units(frame, meant, schema, said, source):
         _require_kind_of_image(meant, unit, said.unit, source)
         return frame, None, unit
     return *_converted(frame, meant, expected, source), unit
+
+
+def in_written_units(frame, schema, unit, source):
+    """A table of models whose header states another unit, in mm, and a note or None.
+
+    ``unit``: that of its places, as :func:`in_expected_units` gives it; a file that is
+    written has plain names, which say millimetres. Pixels are told, and stay.
+    """
+    if unit == PIXELS:
+        return frame, (
+            f"{source}: the image coordinates are pixels, as they stay: the flight "
+            "needs a camera"
+        )
+    if schema.name not in OF_A_MODEL or unit in (None, MM):
+        return frame, None
+    names = [c.name for c in schema.columns if is_length(c.unit) and c.name in frame]
+    factors = METRES_PER_LENGTH[unit], METRES_PER_LENGTH[MM]
+    changed = {name: _times(frame[name], *factors) for name in names}
+    return frame.assign(**changed), f"{source}: converted from {unit} to {MM}"
 
 
 def _expected(schema, said):

@@ -25,6 +25,7 @@ from einschalt.interfaces.files import odm_lists
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.block_toml import write_keys
 from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.header_lengths import in_written_units
 from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
@@ -223,9 +224,11 @@ def _convert_table(found, given, output):
         names = ["point_id", "longitude", "latitude", *names[1:]]
     if table.left_out:
         _print_notes([f"{given.name}: left out {name_some(table.left_out, 8)}"])
+    frame, note = in_written_units(table.frame, schema, table.unit, given.name)
+    _print_notes([note] if note else [])
     _require_free(output)
     make_folder(output.absolute().parent)
-    write_table(table.frame[list(dict.fromkeys(names))], output)
+    write_table(frame[list(dict.fromkeys(names))], output)
     report(output, n_rows=len(table.frame))
     facts = {"table": f"{table.title} ({table.description})", "path": output}
     print_out(translated("{table} in {path}", **facts))
