@@ -23,7 +23,7 @@ from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
-from einschalt.interfaces.files.workbook_parts import formats_of_names
+from einschalt.interfaces.files.workbook_parts import formats_of_styles
 
 KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
 PLANE = ["easting", "northing"]
@@ -477,37 +477,138 @@ def test_a_name_that_became_a_date_is_refused(tmp_path):
         understand_table(path, CONTROL_POINTS)
 
 
-def test_names_that_are_looks_of_numbers_are_said(tmp_path):
+def sheet_of_names(path, name, look="General"):
+    """A workbook of two points, of which the second has such a name."""
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet("Punkte")
+        metres = book.add_format({"num_format": "0.000"})
+        sheet.write_row(0, 0, ["Nr", "Ost", "Nord"])
+        sheet.write_row(1, 0, ["A", 1.5, 2.5], metres)
+        sheet.write(2, 0, name, book.add_format({"num_format": look}))
+        sheet.write_row(2, 1, [3.5, 4.5], metres)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "look", "told"),
+    [
+        (45146, 14, "is a date or a time"),
+        (45146, "d. mmm", "is a date or a time"),
+        (45146, "d/m", "is a date or a time"),
+        (45146, '[$-407]d. mmmm "im Jahr" yyyy;@', "is a date or a time"),
+        (0.3125, 20, "is a date or a time"),
+        (0.3125, "[h]:mm", "is a date or a time"),
+        (100000, 11, "'100000' is shown as a power of ten"),
+        (100000, "0.00E+00", "'100000' is shown as a power of ten"),
+        (True, "General", "is TRUE or FALSE"),
+        (1234567890123456, "0", "is a number of 16 digits or more"),
+    ],
+)
+def test_a_name_that_the_spreadsheet_may_have_changed_is_refused(
+    tmp_path, name, look, told
+):
+    path = sheet_of_names(tmp_path / "t.xlsx", name, look)
+    with pytest.raises(TableError, match=told) as caught:
+        understand_table(path, CONTROL_POINTS)
+    (problem,) = getattr(caught.value, "problems", [caught.value])
+    assert problem.row == 3
+    assert problem.remedy.startswith("Give the column the format Text")
+
+
+@pytest.mark.parametrize(
+    ("name", "look", "read"),
+    [
+        (12, "0000", "12"),
+        (112, "0-00", "112"),
+        (1.1, "0.00", "1.1"),
+        (0.875, "# ?/?", "0.875"),
+        (7, '"P"0', "7"),
+        (1001, "#,##0", "1001"),
+        (5, 5, "5"),  # of money
+    ],
+)
+def test_names_that_are_looks_of_numbers_are_said(tmp_path, name, look, read):
     """A cell that shows 1-12 holds 112, and that was read without a word."""
+    path = sheet_of_names(tmp_path / "t.xlsx", name, look)
+    table = understand_table(path, CONTROL_POINTS)
+    assert table.frame["point_id"].tolist() == ["A", read]
+    (said,) = [note for note in table.notes if "give names the format Text" in note]
+    assert f"point_id '{read}' in row 3 is a number" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "look"),
+    [
+        ("0012", "0000"),  # a text, whatever its format
+        ("2024-01-07", "@"),
+        ("7:30", "General"),
+        (1.1, "General"),
+        (1.1, "0.0"),
+        (12, "0"),
+        (12, "@"),
+        (999, "#,##0"),
+    ],
+)
+def test_names_that_look_as_they_are_read(tmp_path, name, look):
+    path = sheet_of_names(tmp_path / "t.xlsx", name, look)
+    table = understand_table(path, CONTROL_POINTS)
+    assert table.frame["point_id"].tolist() == ["A", str(name)]
+    assert not any("format Text" in note for note in table.notes)
+
+
+def of_ods(path, kind, shown):
+    """The workbook of points, its second name a value that is shown so."""
+    write_workbook(POINTS, path)
+    old = b'office:value-type="string">\n<text:p>7/8'
+    cell = b"%s>\n<text:p>%s" % (kind, shown)
+    changed_workbook(path, lambda d: d.replace(old, cell), "content.xml")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "shown", "told"),
+    [
+        (b'"time" office:time-value="PT07H30M00S"', b"07:30", "is a date or a time"),
+        (b'"boolean" office:boolean-value="true"', b"WAHR", "is TRUE or FALSE"),
+        (b'"float" office:value="100000"', b"1,00E+05", "is shown as a power of ten"),
+    ],
+)
+def test_names_that_an_ods_holds_as_something_else(tmp_path, kind, shown, told):
+    path = of_ods(tmp_path / "t.ods", b"office:value-type=" + kind, shown)
+    with pytest.raises(TableError, match=f"row 3: point_id .*{told}"):
+        understand_table(path, CONTROL_POINTS)
+
+
+def test_names_that_an_ods_shows_otherwise_are_said(tmp_path):
+    kind = b'office:value-type="float" office:value="1.1"'
+    table = understand_table(of_ods(tmp_path / "t.ods", kind, b"1,10"), CONTROL_POINTS)
+    (said,) = [note for note in table.notes if "give names the format Text" in note]
+    assert "point_id '1.1' in row 3 is a number that the cell may show" in said
+    table = understand_table(of_ods(tmp_path / "u.ods", kind, b"1,1"), CONTROL_POINTS)
+    assert not any("format Text" in note for note in table.notes)
+
+
+def test_a_zero_of_a_program_that_computes_none_is_no_value(tmp_path):
+    """It asks the spreadsheet to compute all when it opens the workbook."""
     path = tmp_path / "t.xlsx"
     with xlsxwriter.Workbook(path) as book:
         sheet = book.add_worksheet("Punkte")
         sheet.write_row(0, 0, ["Nr", "Ost", "Nord"])
-        metres = book.add_format({"num_format": "0.000"})
-        for row, (number, look) in enumerate([(12, "0000"), (112, "0-00")], 1):
-            sheet.write_number(row, 0, number, book.add_format({"num_format": look}))
-            sheet.write_row(row, 1, [1.5 * row, 2.5], metres)
-    table = understand_table(path, CONTROL_POINTS)
-    assert table.frame["point_id"].tolist() == ["12", "112"]
-    (said,) = [note for note in table.notes if "number format" in note]
-    assert "format 0-00, 0000 are read as the numbers that they hold" in said
-    with xlsxwriter.Workbook(tmp_path / "u.xlsx") as book:
-        sheet = book.add_worksheet("Punkte")
-        name, metres = (book.add_format({"num_format": f}) for f in ("0000", "000.00"))
-        sheet.write_row(0, 0, ["Nr", "Ost", "Nord"], name)
-        sheet.write_string(1, 0, "0012", name)  # a text, whatever its format
-        sheet.write_row(1, 1, [1.5, 2.5], metres)
-    table = understand_table(tmp_path / "u.xlsx", CONTROL_POINTS)
-    assert table.frame["point_id"].tolist() == ["0012"]
-    assert not any("number format" in note for note in table.notes)
+        sheet.write_row(1, 0, ["A", 1.5, 2.5])
+        sheet.write_formula(1, 1, "=1+1")
+        sheet.write_formula(1, 2, "=1+2", None, 3)
+    with pytest.raises(TableError, match=f"row 2: {FORMULA}.*{REMEDY}") as caught:
+        understand_table(path, CONTROL_POINTS)
+    assert "northing" not in str(caught.value)
+    computed = re.compile(rb' fullCalcOnLoad="1"')
+    changed_workbook(path, lambda d: computed.sub(b"", d), "xl/workbook.xml")
+    frame = understand_table(path, CONTROL_POINTS).frame
+    assert frame[PLANE].to_numpy().tolist() == [["0", "3"]]
 
 
 def test_number_formats_of_a_monster_are_read_in_no_time():
     styles = b"<numFmt " + b'formatCode="x ' * 100_000 + b"/>"
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w") as book:
-        book.writestr("xl/styles.xml", styles)
-    assert formats_of_names(data.getvalue()) == []
+    assert formats_of_styles(styles) == ({}, {})
 
 
 ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'

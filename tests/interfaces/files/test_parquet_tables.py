@@ -9,8 +9,8 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from einschalt.foundations.errors import FileError
-from einschalt.foundations.tables import MODEL_POINTS, check_table
+from einschalt.foundations.errors import FileError, TableError
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
 from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
 
@@ -178,3 +178,19 @@ def test_more_groups_of_rows_than_are_counted_are_refused(tmp_path, monkeypatch)
     monkeypatch.setattr(unpacked_sizes, "MOST_GROUPS", 4)
     with pytest.raises(FileError, match="5 groups of rows; expected at most 4"):
         read_parquet(path, MODEL_POINTS)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        pa.array([dt.datetime(2024, 1, 7)], pa.timestamp("us")),
+        pa.array([dt.date(2024, 1, 7)]),
+        pa.array([dt.time(7, 30)]),
+        pa.array([True]),
+    ],
+)
+def test_names_that_are_kept_as_dates_are_refused(tmp_path, names):
+    plane = {"easting": [1.5], "northing": [2.5]}
+    parquet.write_table(pa.table({"point_id": names, **plane}), tmp_path / "t.parquet")
+    with pytest.raises(TableError, match="names in column point_id are of the type"):
+        read_parquet(tmp_path / "t.parquet", CONTROL_POINTS)

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import parquet
 
-from einschalt.foundations.errors import FileError
+from einschalt.foundations.errors import FileError, TableError
 from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
@@ -122,6 +122,7 @@ def _read_columns(data, schema, said, source):
     n_rows = unpacked_sizes.refuse_size(metadata, names, len(data), source)
     meant = meant_header(names, schema, said, source)
     meaning = dict(zip(names, meant.names, strict=True))
+    _refuse_no_texts(metadata.schema.to_arrow_schema(), meant, schema, source)
     place = _geometry_of(metadata, names)
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
     known += [place[0]] if place else []
@@ -143,6 +144,20 @@ def _read_columns(data, schema, said, source):
         found[name].pop(0) if found.get(name) else as_pandas(nothing) for name in names
     ]
     return columns, names, meant, place
+
+
+def _refuse_no_texts(stored, meant, schema, source):
+    """Refuse names that a program keeps as dates, times or truth values."""
+    names = {column.name for column in schema.columns if column.kind == "id"}
+    for name, kind in zip(meant.names, stored.types, strict=True):
+        is_other = pa.types.is_temporal(kind) or pa.types.is_boolean(kind)
+        if name in names and is_other:
+            raise TableError(
+                f"the names in column {name} are of the type {kind}",
+                expected="names as text",
+                remedy="Write the column as text, as the names were given",
+                file=source,
+            )
 
 
 def _unreadable(data, source):

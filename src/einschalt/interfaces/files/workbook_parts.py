@@ -12,35 +12,44 @@ import zipfile
 
 # stands in the place of a value; no program writes this letter of nobody's
 NO_VALUE = "\ue000formula"
-EMPTY_CELL = re.compile(
-    rb"<c(\s[^<>]*)?>\s*<f\b[^<>]*(?:/>|>[^<]*</f>)\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>"
+FORMULA_CELL = (
+    rb"<c(\s[^<>]*)?>\s*<f\b[^<>]*(?:/>|>[^<]*</f>)\s*(?:<v\s*/>|<v>\s*%s</v>)?\s*</c>"
 )
+EMPTY_CELL, ZERO_CELL = (re.compile(FORMULA_CELL % v) for v in (b"", b"0?\\s*"))
+# a spreadsheet that has computed all of it takes this away when it saves
+TO_BE_COMPUTED = re.compile(rb"""<calcPr[^<>]*\sfullCalcOnLoad=["'](?:1|true)""")
 KIND_OF_CELL = re.compile(rb"""\st\s*=\s*("[^"]*"|'[^']*')""")
 ATTRIBUTES = rb"""((?:\s+[\w:.-]+\s*=\s*(?:"[^"]*"|'[^']*'))*)"""
 EMPTY_CELL_OF_ODS = re.compile(
     rb"<table:table-cell" + ATTRIBUTES + rb"\s*(?:/>|>\s*</table:table-cell>)"
 )
 FORMULA_OF_ODS, VALUE_OF_ODS = b"table:formula", b"office:value-type"
-STYLES, SHEETS = "xl/styles.xml", "xl/worksheets/"
+STYLES = "xl/styles.xml"
 FORMAT, FORMAT_OF_CELLS = (
     re.compile(rb"<numFmt\s[^<>]{0,2000}>"),
     re.compile(rb"<xf\b[^<>]{0,2000}>"),
 )
 FORMAT_NUMBER = re.compile(rb"""\snumFmtId=["'](\d+)""")
 FORMAT_CODE = re.compile(rb"""\sformatCode\s*=\s*("[^"<>]*"|'[^'<>]*')""")
-NUMBER_CELL = re.compile(rb"<c(\s[^<>]*)>\s*(?:<f\b[^<>]*(?:/>|>[^<]*</f>)\s*)?<v>")
-STYLE_OF_CELL = re.compile(rb"""\ss=["'](\d+)""")
-AS_NAME = re.compile(r"""^0{2,}(?![0.,E])|0(?:\\?[-/]|"[-/]")[0#?]""")
 HIDDEN = ("hidden", "veryHidden")
 ODS = "content.xml"
 TABLE_OF_ODS = re.compile(rb"<table:table(\s[^<>]*)>")
 NOT_SHOWN = re.compile(rb"""\stable:display\s*=\s*["']false""")
 
 
-def with_marks(text):
+def is_to_be_computed(text):
+    """Whether a program asks the spreadsheet to compute what it has written.
+
+    ``text``: the part of an .xlsx that lists its sheets. Such programs write 0 where
+    they do not know what a formula gives.
+    """
+    return TO_BE_COMPUTED.search(text) is not None
+
+
+def with_marks(text, *, has_zeros=False):
     """A part of a workbook, NO_VALUE in each cell whose formula has no value.
 
-    A text of no letters is a value: ``t="str"`` tells of it.
+    A text of no letters is a value: ``t="str"`` tells of it. ``has_zeros``: 0 is none.
     """
     mark = NO_VALUE.encode()
 
@@ -61,7 +70,8 @@ def with_marks(text):
             b"</table:table-cell>" % (attributes, mark)
         )
 
-    text = EMPTY_CELL.sub(marked, text) if b"<f" in text else text
+    pattern = ZERO_CELL if has_zeros else EMPTY_CELL
+    text = pattern.sub(marked, text) if b"<f" in text else text
     return (
         EMPTY_CELL_OF_ODS.sub(marked_of_ods, text) if FORMULA_OF_ODS in text else text
     )
@@ -79,43 +89,25 @@ def hidden_sheets(data):
         return _hidden_of_ods(book.read("content.xml")) if ODS in names else set()
 
 
-def formats_of_names(data):
-    """Number formats by which cells of an .xlsx look like names, of a sound copy.
+def formats_of_styles(styles):
+    """Number of the format of each style of an .xlsx, and codes of formats by numbers.
 
-    Zeros in front or signs between digits, which no number has: a cell shows 0012 or
-    1-12, and holds 12 or 112.
+    ``styles``: the part that lists them; formats that every spreadsheet has are not
+    there.
     """
-    with zipfile.ZipFile(io.BytesIO(data)) as book:
-        if STYLES not in book.namelist():
-            return []
-        styles = book.read(STYLES)
-        numbers, codes = (
-            [pattern.search(one) for one in FORMAT.findall(styles)]
-            for pattern in (FORMAT_NUMBER, FORMAT_CODE)
-        )
-        formats = {
-            number[1]: html.unescape(code[1][1:-1].decode("utf-8", errors="replace"))
-            for number, code in zip(numbers, codes, strict=True)
-            if number and code
-        }
-        formats = {k: code for k, code in formats.items() if AS_NAME.search(code)}
-        _, _, of_cells = styles.partition(b"<cellXfs")
-        of_cells, _, _ = of_cells.partition(b"</cellXfs>")
-        used = [FORMAT_NUMBER.search(one) for one in FORMAT_OF_CELLS.findall(of_cells)]
-        places = {
-            b"%d" % k: formats[number[1]]
-            for k, number in enumerate(used)
-            if number and number[1] in formats
-        }
-        sheets = [name for name in book.namelist() if name.startswith(SHEETS)]
-        found = {
-            places[style[1]]
-            for name in (sheets if places else [])
-            for cell in NUMBER_CELL.findall(book.read(name))
-            if (style := STYLE_OF_CELL.search(cell)) and style[1] in places
-            if (kind := KIND_OF_CELL.search(cell)) is None or kind[1][1:-1] == b"n"
-        }
-    return sorted(found)
+    numbers, codes = (
+        [pattern.search(one) for one in FORMAT.findall(styles)]
+        for pattern in (FORMAT_NUMBER, FORMAT_CODE)
+    )
+    formats = {
+        int(number[1]): html.unescape(code[1][1:-1].decode("utf-8", errors="replace"))
+        for number, code in zip(numbers, codes, strict=True)
+        if number and code
+    }
+    _, _, of_cells = styles.partition(b"<cellXfs")
+    of_cells, _, _ = of_cells.partition(b"</cellXfs>")
+    used = [FORMAT_NUMBER.search(one) for one in FORMAT_OF_CELLS.findall(of_cells)]
+    return {k: int(n[1]) for k, n in enumerate(used) if n}, formats
 
 
 def count_cells_of_ods(data):

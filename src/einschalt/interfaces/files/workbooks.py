@@ -25,6 +25,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files import workbook_sizes
+from einschalt.interfaces.files.cells_of_names import WORKBOOK, no_texts
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
@@ -32,6 +33,7 @@ from einschalt.interfaces.files.header_rows import (
     with_units,
 )
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.names_in_workbooks import whole_names
 from einschalt.interfaces.files.sheet_parts import fitting_parts, meant_part, parts_of
 from einschalt.interfaces.files.understood_tables import (
     NOTHING_SAID,
@@ -42,8 +44,8 @@ from einschalt.interfaces.files.understood_tables import (
 from einschalt.interfaces.files.workbook_parts import (
     NO_VALUE,
     count_cells_of_ods,
-    formats_of_names,
     hidden_sheets,
+    is_to_be_computed,
     with_marks,
 )
 
@@ -54,8 +56,6 @@ MOST_COLUMNS = 1000
 TOO_MANY = "memory for row/cell repetition"  # what GDAL says of large .ods
 # NotImplementedError, of a way of packing that is not known, is a RuntimeError
 DAMAGES = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, ValueError)
-DATE = r"\d{4}[-/]\d\d[-/]\d\d([ T].*)?"
-WHOLE = r"(-?\d+)\.0{6,}"  # as some programs write whole numbers
 
 
 def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable:
@@ -64,7 +64,7 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     The sheet is ``said.sheet``, or the only one that has the columns of the schema.
     """
     source = source or Path(path).name
-    cells, sheet, notes = _sheet(path, schema, said, source)
+    cells, sheet, notes, data = _sheet(path, schema, said, source)
     cells, n_beside, more = meant_part(cells, schema, said, source, sheet)
     notes += more
     place, names = _header(cells, schema, said)
@@ -73,13 +73,18 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     names, place = (names, place) if units is None else (units, place + 1)
     values = cells.iloc[place + 1 :]
     is_used = [bool(n) or (values.iloc[:, k] != "").any() for k, n in enumerate(names)]
-    frame = values.iloc[:, np.flatnonzero(is_used)]
+    columns = np.flatnonzero(is_used)
+    frame = values.iloc[:, columns]
     frame = frame[(frame != "").any(axis=1)]
     given = [n or f"(column {k + 1})" for k, n in enumerate(names) if is_used[k]]
     meant = meant_header(given, schema, said, source, row)
     frame.columns = list(meant.names)
     frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
-    frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
+    where = {n: int(columns[k]) for k, n in enumerate(meant.names)}
+    where = {n: k for n, k in where.items() if n in schema.id_names}
+    held = _no_texts(data, sheet, where, source)
+    frame, more = whole_names(frame, where, held, f"{source}, sheet {sheet}")
+    notes += more
     table = understood(frame, schema, said, meant, source)
     return replace(table, notes=(*notes, *table.notes), n_beside=n_beside)
 
@@ -93,12 +98,12 @@ def sheets_of(path, source):
 def _all_sheets(path, source):
     """Cells of all sheets of a workbook that are not empty, and those that are hidden.
 
-    At least one of them is shown. Beside them the formats of ``formats_of_names``.
+    At least one of them is shown. Beside them the sound copy that they stand in.
     """
     suffix = Path(path).suffix.lower()
     data = sound_copy(read_once(path, source).data, suffix, source)
     try:
-        hidden, formats = hidden_sheets(data), formats_of_names(data)
+        hidden = hidden_sheets(data)
     except DAMAGES as error:
         raise _damaged(source) from error
     sheets = _cells_of(data, suffix, source)
@@ -111,7 +116,7 @@ def _all_sheets(path, source):
             remedy="Show it in the spreadsheet, and save the workbook again",
             file=source,
         )
-    return sheets, hidden.intersection(sheets), formats
+    return sheets, hidden.intersection(sheets), data
 
 
 def _cells_of(data, suffix, source):
@@ -146,17 +151,18 @@ def _refuse_width(n_columns, source):
 
 
 def _sheet(path, schema, said, source):
-    """Cells of the sheet that is meant, its name, and notes."""
-    sheets, hidden, formats = _all_sheets(path, source)
+    """Cells of the sheet that is meant, its name, notes, and the sound copy."""
+    sheets, hidden, data = _all_sheets(path, source)
     sheet, note = _meant_sheet(sheets, hidden, schema, said, source)
     notes = [note] if note else []
-    if formats and schema.id_names:
-        notes.append(
-            f"{source}: cells with the number format {name_some(formats)} are read as "
-            "the numbers that they hold, not as they look (0012 is 12): give names "
-            "the format Text"
-        )
-    return sheets[sheet], sheet, notes
+    return sheets[sheet], sheet, notes, data
+
+
+def _no_texts(data, sheet, where, source):
+    try:
+        return no_texts(data, sheet, list(where.values()))
+    except DAMAGES as error:
+        raise _damaged(source) from error
 
 
 def _meant_sheet(sheets, hidden, schema, said, source):
@@ -237,31 +243,6 @@ def _with_values(frame, schema, source):
     return frame[(frame != "").any(axis=1)]
 
 
-def _whole_names(frame, schema, source):
-    """Names as they were typed; one of which the spreadsheet made a date is refused."""
-    changed, problems = {}, []
-    for name in schema.id_names:
-        if list(frame.columns).count(name) != 1:
-            continue
-        values = frame[name].str.replace(f"^{WHOLE}$", r"\1", regex=True)
-        is_date = values.str.fullmatch(DATE).to_numpy(dtype=bool)
-
-        def problem(place, name=name, values=values):
-            return TableError(
-                f"{name} '{values.iloc[place]}' is a date: a spreadsheet makes one of "
-                "names such as 7/8",
-                expected="the name as text",
-                remedy="Give the column the format Text, and the names again",
-                file=source,
-                row=int(frame.index[place]),
-            )
-
-        problems += listed(np.flatnonzero(is_date), problem, "so is the name")
-        changed[name] = values
-    raise_problems(problems)
-    return frame.assign(**changed)
-
-
 def sound_copy(data, suffix, source):
     """Copy a workbook without all that is no text, number or name of a sheet.
 
@@ -282,12 +263,15 @@ def sound_copy(data, suffix, source):
             members = packed.infolist()
             workbook_sizes.refuse_size(members, len(data), source)
             texts = {}
+            has_zeros = WORKBOOK in packed.namelist() and is_to_be_computed(
+                packed.read(WORKBOOK)
+            )
             for member in members:
                 name = member.filename
                 if name == "mimetype" or name.endswith((".xml", ".rels")):
                     text = packed.read(member)
                     workbook_sizes.refuse_entities(text, source)
-                    text = with_marks(text)
+                    text = with_marks(text, has_zeros=has_zeros)
                     # without a copy of hundreds of megabytes where there is none
                     has_formula = b"table:formula" in text
                     texts[name] = FORMULA.sub(b"", text) if has_formula else text
