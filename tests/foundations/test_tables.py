@@ -195,6 +195,15 @@ def test_near_column_is_proposed(given, remedy):
     assert remedy in said_of(frame)[0]
 
 
+@pytest.mark.parametrize("unit", ["um", "cm", "µm"])
+def test_a_column_in_another_unit_is_not_to_be_renamed(unit):
+    frame = model_points().rename(columns={"x": f"x [{unit}]"})
+    told = unit.replace("µ", "u")
+    assert f"'x [{unit}]' is in {told}; expected millimetres" in said_of(frame)[0]
+    frame = model_points().rename(columns={"point_id": "point_id [mm]"})
+    assert "Rename 'point_id [mm]' to 'point_id'" in said_of(frame)[0]
+
+
 def test_row_is_said_as_line_only_of_files():
     """A frame of a script has no header line."""
     (said,) = said_of(model_points().drop(columns="x"))

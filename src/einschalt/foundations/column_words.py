@@ -14,6 +14,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.header_units import (
     ABOVE,
+    is_in,
     is_length,
     is_unit,
     may_be_in,
@@ -369,7 +370,7 @@ def in_other_unit(names, schema, name):
     unit = next(column.unit for column in schema.columns if column.name == name)
     for one in names:
         word, said = parted_unit(one, is_plain=True)
-        if said is None or may_be_in(said, unit):
+        if said is None or not unit or is_in(said, unit):
             continue
         word = folded(word)
         if word == folded(name) or (name, word) in COLUMN_WORDS:

@@ -21,12 +21,21 @@ SPELLED = {
     "km": "kilometer kilometern kilometre kilometres kilometers kilomètres chilometri",
     "um": "μm mikrometer micrometre micrometres micron microns mikron",
     PIXELS: "pixel pixels pix",
-    "ft": "feet foot fuss fuß usft ftus",
+    "ft": "feet foot fuss fuß",
+    "US ft": "usft ftus us-ft us_ft sft",
 }
 SIGNS = {word: unit for unit, words in SPELLED.items() for word in words.split()}
-SIGNS |= {unit: unit for unit in SPELLED}
+SIGNS |= {unit.casefold(): unit for unit in SPELLED}
+SIGNS |= dict.fromkeys(
+    ("us feet", "us foot", "us survey feet", "us survey foot", "survey feet"), "US ft"
+)
 # as schemas call what they expect
-NAMES_OF_LENGTHS = {"metres", "centimetres", "millimetres", "micrometres"}
+NAMES_OF_LENGTHS = {
+    "metres": "m",
+    "centimetres": "cm",
+    "millimetres": "mm",
+    "micrometres": "um",
+}
 LONGEST_NAME = 60
 IN_BRACKETS = re.compile(r"\s*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$")
 WITHOUT = re.compile(
@@ -40,6 +49,7 @@ ABOVE = (
 )
 LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
 DEGREES = {"deg", "°"}
+OF_A_SYSTEM = " units"  # behind the name of that of a reference system
 GONS = {"gon", "grad", "grads"}
 # that measure something, and in which no column is read, or not every one
 OTHERS = {
@@ -95,12 +105,35 @@ def may_be_in(said, unit):
 
     >>> may_be_in("cm", "metres"), may_be_in("ft", "metres"), may_be_in("°", "degrees")
     (True, False, True)
+    >>> may_be_in("ft", "US survey foot units"), may_be_in("US ft", "foot units")
+    (True, False)
     """
     if is_length(unit):
         return said in METRES_PER_LENGTH or (said == PIXELS and "pixels" in unit)
     if unit == "square metres":
         return said in ("m2", "m^2")
+    if unit == "grads":
+        return said in GONS
+    if unit.endswith(OF_A_SYSTEM):
+        return _is_of_system(said, unit.removesuffix(OF_A_SYSTEM).casefold())
     return unit == "degrees" and said in DEGREES
+
+
+def _is_of_system(said, name):
+    """Whether a unit is that of a system, as PROJ calls it: a foot is its own foot."""
+    if "foot" in name:
+        return said == "ft" or (said == "US ft" and name.startswith("us survey"))
+    return said.casefold() == name or ("yard" in name and said.casefold() == "yd")
+
+
+def is_in(said, unit):
+    """Whether values in a unit are what a schema expects without a conversion.
+
+    >>> is_in("km", "metres"), is_in("m", "metres"), is_in("ft", "foot units")
+    (False, True, True)
+    """
+    own = NAMES_OF_LENGTHS.get(unit.partition(",")[0])
+    return may_be_in(said, unit) and (own is None or said in (own, PIXELS))
 
 
 def is_unit(said):
@@ -110,5 +143,11 @@ def is_unit(said):
     (True, True, True, False)
     """
     root = square[1] if (square := SQUARE.fullmatch(said)) else said
-    known = {*SIGNS.values(), *METRES_PER_LENGTH, *DEGREES, *GONS, *OTHERS}
+    known = {
+        *map(str.casefold, SIGNS.values()),
+        *METRES_PER_LENGTH,
+        *DEGREES,
+        *GONS,
+        *OTHERS,
+    }
     return root.casefold() in known

@@ -15,6 +15,7 @@ from einschalt.foundations.arguments import (
     StrPath,
     as_path,
     described,
+    require_choice,
     require_kind,
     require_text,
 )
@@ -32,7 +33,7 @@ from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.foundations.told_fields import with_fields_of
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
-from einschalt.interfaces.files.points_of_systems import schema_in
+from einschalt.interfaces.files.points_of_systems import require_columns, schema_in
 from einschalt.interfaces.files.result_folder import write_report, write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
@@ -301,7 +302,8 @@ def read_points(
     decimal : {",", "."}, optional
         Where the numbers of the table do not tell.
     crs : str, optional
-        System of the coordinates: it tells what Y and X are.
+        System of the coordinates: it tells what Y and X are, and their unit.
+        Of a geographic one longitude and latitude are read.
 
     Returns
     -------
@@ -324,6 +326,10 @@ def read_points(
     for name, text in texts.items():
         if text is not None:
             require_text(name, text, expected="a text, or nothing")
+    if decimal is not None:
+        require_choice("decimal", decimal, (",", "."))
+    schema, system = CONTROL_POINTS, None if crs is None else read_source_crs(crs)
+    schema = schema if system is None else schema_in(schema, system)
     path = as_path("path", path)
     if columns == {} and layer is None and sheet is None:
         foreign = block_tables.found_in(path, crs=crs)
@@ -331,10 +337,13 @@ def read_points(
             return _foreign_points(foreign, path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))
     said = Said(columns, sheet, layer, decimal, crs)
-    table = understand_table(path, CONTROL_POINTS, said, beside=beside)
-    schema, names = CONTROL_POINTS, set(table.frame)
-    if table.crs is not None and {"longitude", "latitude"} <= names:
-        schema = schema_in(schema, read_source_crs(table.crs))
+    table = understand_table(path, schema, said, beside=beside)
+    if table.crs is not None:
+        is_geographic = {"longitude", "latitude"} <= set(table.frame)
+        own = read_source_crs(table.crs)
+        schema = schema_in(CONTROL_POINTS, own) if is_geographic else CONTROL_POINTS
+    elif system is not None:
+        require_columns(table.frame, system, path.name)
     found = check_table(table.frame, schema, source=path.name)
     raise_problems(found.problems)
     given = [name for name in found.frame if name in table.frame]

@@ -7,6 +7,7 @@ from xml.sax.saxutils import escape
 
 import pandas as pd
 import pyproj
+import pytest
 from fuzz.foreign_files import VRT
 from tests.interfaces.files.test_marker_files import XML
 
@@ -285,3 +286,56 @@ def test_the_unit_of_a_header_is_not_lost(invoke, tmp_path):
     shown = invoke("convert", tmp_path / "i.csv", tmp_path / "images.csv")
     assert "image coordinates are pixels" in shown.stderr
     assert pd.read_csv(tmp_path / "images.csv")["x"].tolist() == [1000]
+
+
+def converted(invoke, tmp_path, text, *options):
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "out.csv").unlink(missing_ok=True)
+    shown = invoke("convert", tmp_path / "t.csv", tmp_path / "out.csv", *options)
+    assert shown.exit_code in (0, 2)
+    return shown
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["Punkt;Breite;Länge\nA;48,2;13,5\n", "Point,Latitude,Longitude\nA,48.2,13.5"],
+)
+def test_degrees_under_any_name_have_the_system_that_is_said(invoke, tmp_path, text):
+    shown = converted(invoke, tmp_path, text, "--crs", "EPSG:4326")
+    assert shown.exit_code == 0, shown.stderr
+    frame = pd.read_csv(tmp_path / "out.csv")
+    assert frame[["longitude", "latitude"]].to_numpy().tolist() == [[13.5, 48.2]]
+    shown = converted(invoke, tmp_path, text)
+    assert "Say which by --crs, such as --crs EPSG:4326" in shown.stderr
+
+
+@pytest.mark.parametrize("unit", ["ft", "US ft", "ftUS"])
+def test_a_header_may_state_the_unit_of_the_system(invoke, tmp_path, unit):
+    text = f"Nr,E [{unit}],N [{unit}]\nA,990000,200000\n"
+    shown = converted(invoke, tmp_path, text, "--crs", "EPSG:2263")
+    assert shown.exit_code == 0, shown.stderr
+    assert pd.read_csv(tmp_path / "out.csv")["easting"].tolist() == [990000]
+    metres = text.replace(f"[{unit}]", "[m]")
+    shown = converted(invoke, tmp_path, metres, "--crs", "EPSG:2263")
+    assert "is in m; expected US survey foot units" in shown.stderr
+    gons = "Nr,longitude [gon],latitude [gon]\nA,2.5,50\n"
+    assert not converted(invoke, tmp_path, gons, "--crs", "EPSG:4807").exit_code
+    refused = converted(invoke, tmp_path, gons, "--crs", "EPSG:4326")
+    assert "is in gon; expected degrees" in refused.stderr
+    wrong = converted(invoke, tmp_path, "Nr,E,N\nA,1,2\n", "--crs", "EPSG:4326")
+    assert "is geographic, but the columns are easting and northing" in wrong.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "A 1.5 2.5\nB 1.5 3.5\n",
+        "Nr,X,Y\nA,1,2\n",
+        "Nr,E [m],E [km],N\nA,1,2,3\n",
+        "a,b\n1,2\n",
+    ],
+)
+def test_convert_asks_for_nothing_in_a_block_that_it_has_not(invoke, tmp_path, text):
+    shown = converted(invoke, tmp_path, text)
+    assert shown.exit_code == 2
+    assert "block.toml" not in shown.stderr

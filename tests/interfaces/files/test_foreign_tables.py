@@ -736,6 +736,23 @@ def test_points_are_read_by_one_call_and_say_how(tmp_path):
     assert frame.attrs["crs"] == "EPSG:4326"
 
 
+def test_what_is_said_of_points_must_be_known(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("Nr,L,B\nA,2.5,50\n")
+    own = {"longitude": "L", "latitude": "B"}
+    frame = es.read_points(path, columns=own, crs="EPSG:4326")
+    assert frame[["longitude", "latitude"]].to_numpy().tolist() == [[2.5, 50.0]]
+    with pytest.raises(EinschaltError, match="crs = 'EPSG:1' is unknown"):
+        es.read_points(path, columns=own, crs="EPSG:1")
+    with pytest.raises(EinschaltError, match="decimal = ';' is unknown"):
+        es.read_points(path, columns=own, decimal=";")
+    path.write_text("Nr,easting,northing\nA,2.5,50\n")
+    with pytest.raises(TableError, match="is geographic, but the columns are"):
+        es.read_points(path, crs="EPSG:4326")
+    path.write_text("Nr,E [ft],N [ft]\nA,2.5,50\n")
+    assert es.read_points(path, crs="EPSG:2263")["easting"].tolist() == [2.5]
+
+
 def test_features_that_would_make_a_huge_table_are_refused(tmp_path):
     point = {"type": "Point", "coordinates": [13.5, 48.25]}
     features = [{"geometry": point, "properties": {f"n{k}": k}} for k in range(9000)]

@@ -10,7 +10,7 @@ from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, plain_
 from einschalt.interfaces.files.understood_tables import is_whole_header
 
 HEAD_ROWS = 30  # in which the names of the columns must stand
-LENGTHS = {*METRES_PER_LENGTH, "ft", PIXELS}
+LENGTHS = {*METRES_PER_LENGTH, "ft", "US ft", PIXELS}
 UNITS = {*LENGTHS, "°", "deg", "gon", "grad"}
 FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}

@@ -8,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import (
     EinschaltError,
     FileError,
@@ -17,7 +16,6 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.language import mark_each, translated
-from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
 from einschalt.interfaces.files.input_files import (
     companions,
@@ -25,7 +23,6 @@ from einschalt.interfaces.files.input_files import (
     read_once,
     refuse_other_kinds,
 )
-from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.sheet_parts import SeveralTablesError
 from einschalt.interfaces.files.tables_by_suffix import (
     CSV_SUFFIXES,
@@ -33,18 +30,15 @@ from einschalt.interfaces.files.tables_by_suffix import (
     understand_table,
 )
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.new_block.kinds_of_tables import (
+    KINDS,
+    fitting_schema,
+    meant_schema,
+    refuse_other_coordinates,
+)
 from einschalt.interfaces.programs import block_tables, recognised
 from einschalt.interfaces.programs.pixel_cameras import without_pitch
 
-# by what they require, the most particular first
-KINDS = {
-    "y_parallaxes": tables.Y_PARALLAXES,
-    "image_points": tables.IMAGE_POINTS,
-    "models": tables.IMAGE_MODELS,
-    "base": tables.MODEL_BASES,
-    "model_points": tables.MEASURED_MODEL_POINTS,
-    "ground": tables.CONTROL_POINTS,
-}
 MOST_HEADINGS = 8
 PITCH = "pixel_size_um"
 NO_POINTS = re.compile("Line|Curve|Polygon|Surface")  # kinds of geometry
@@ -278,17 +272,9 @@ def _parts(file, said):
     return parts if len(parts) > 1 else [said]
 
 
-def _fitting(kind, table):
-    """Schema of a kind of table, in the system that its points have."""
-    names = set(table.frame.columns)
-    is_geographic = {"longitude", "latitude"} <= names and kind == "ground"
-    degrees = read_source_crs(point_layers.WGS_84)
-    return schema_in(KINDS[kind], degrees) if is_geographic else KINDS[kind]
-
-
 def _looked(file, kind, table, said):
     """The table, checked."""
-    fit = _fitting(kind, table)
+    fit = fitting_schema(kind, table, said)
     checked = tables.check_table(table.frame, fit, source=file.source)
     left_out = tuple(n for n in table.frame if n not in fit.names)
     raise_problems(_said_of_guess(kind, checked.problems, left_out))
@@ -337,7 +323,7 @@ def _table(file, said, kinds=tuple(KINDS)):
     beside = [read_once(one, one.name) for one in companions(file.path)]
     questions, refused = [], []
     for kind in kinds:
-        schema = KINDS[kind]
+        schema = meant_schema(kind, said.crs)
         known = {n: c for n, c in said.columns.items() if n in schema.names}
         own = replace(said, columns=known)
         try:
@@ -350,7 +336,7 @@ def _table(file, said, kinds=tuple(KINDS)):
             questions += [error] if _is_of_rows(error) else []
             refused += [error] if isinstance(error, FileError) else []
             continue
-        fit = _fitting(kind, table)
+        fit = fitting_schema(kind, table, said)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
             return _looked(file, kind, table, own), table.n_beside
     # below a title that is taken for the header, all rows are too long
@@ -361,8 +347,7 @@ def _table(file, said, kinds=tuple(KINDS)):
         refuse_other_kinds(file.data, file.source, "CSV, .xlsx or .gpkg")
     if refused:
         raise refused[0]
-    _refuse_other_unit(file, said)
-    _refuse_degrees(file, said)
+    refuse_other_coordinates(file, said)
     names = _headings(file, said)
     raise FileError(
         f"holds no table that a block could have; its columns are {names}"
@@ -382,35 +367,3 @@ def _headings(file, said):
     except EinschaltError:  # that it holds no known table is said
         return ""
     return name_some(map(repr, map(str, table.frame.columns)), MOST_HEADINGS)
-
-
-def _refuse_other_unit(file, said):
-    """Refuse points in a unit that has no one meaning, as Rechtswert [ft]."""
-    for schema in KINDS.values():
-        own = replace(said, columns={})
-        try:
-            frame = understand_table(file, schema, own, source=file.source).frame
-        except EinschaltError:  # another kind of table: that is said
-            continue
-        names = [c.name for c in schema.columns if c.is_required]
-        lacking = [name for name in names if name not in frame]
-        if lacking and all(in_other_unit(list(frame), schema, n) for n in lacking):
-            checked = tables.check_table(frame, schema, source=file.source)
-            raise_problems(checked.problems)
-
-
-def _refuse_degrees(file, said):
-    """Refuse longitudes and latitudes of which no file states the system."""
-    schema = schema_in(KINDS["ground"], read_source_crs(point_layers.WGS_84))
-    try:
-        names = understand_table(file, schema, said, source=file.source).frame.columns
-    except EinschaltError:  # another kind of table: that is said
-        return
-    if {c.name for c in schema.columns if c.is_required} <= set(names):
-        raise FileError(
-            "holds longitudes and latitudes, and nothing tells of which system",
-            expected="eastings and northings, or a layer that states its system",
-            remedy='Begin with init --template, and say crs = "EPSG:4326", or the '
-            "system of the receiver, below [control_points]",
-            file=file.source,
-        )

@@ -5,3 +5,18 @@ COMMAS_ANSWERED = {
         "Give --decimal , if they are decimal commas; otherwise take them out"
     ),
 }
+# of convert, which has no other columns than those that a table names
+OF_TABLES = COMMAS_ANSWERED | {
+    "init --template": (
+        "Say which by --crs, such as --crs EPSG:4326, or the system of the receiver"
+    ),
+    "Say columns = {easting": (
+        "Name the system by --crs, or write a line point_id, easting, northing, or the "
+        "other way round, above the values"
+    ),
+    "Say which: columns": "Rename the one that is not meant",
+    "say columns in block.toml": (
+        "Name the columns as docs/tables.md has them, in the first line"
+    ),
+    'Say which: sheet = "': "Say which by --sheet",
+}

@@ -20,7 +20,7 @@ from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.outcome import report, report_problems
-from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
+from einschalt.interfaces.cli.work.answers import OF_TABLES
 from einschalt.interfaces.files import odm_lists
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.block_toml import write_keys
@@ -29,7 +29,8 @@ from einschalt.interfaces.files.header_lengths import in_written_units
 from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
-from einschalt.interfaces.new_block.looked_at import KINDS, look_at
+from einschalt.interfaces.new_block.kinds_of_tables import KINDS
+from einschalt.interfaces.new_block.looked_at import look_at
 from einschalt.interfaces.programs.block_tables import marker_reader_of
 from einschalt.interfaces.programs.converted_faults import faults_of, faults_of_places
 from einschalt.interfaces.programs.foreign import in_unit_of_system
@@ -57,9 +58,9 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
     said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
     try:
         found = look_at(given, said)
-    except TableError as error:
+    except (TableError, FileError) as error:
         # there is no block.toml that could have the answer
-        raise answered_elsewhere(error, COMMAS_ANSWERED) from None
+        raise answered_elsewhere(error, OF_TABLES) from None
     _convert_table(found, given, output)
 
 
