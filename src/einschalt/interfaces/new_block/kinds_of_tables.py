@@ -65,9 +65,8 @@ def refuse_other_coordinates(file, said):
     Nothing is done where a file holds no ground points.
     """
     _refuse_other_unit(file, said)
-    if said.crs is None:
-        _refuse_degrees(file, said)
-    else:
+    _refuse_degrees(file, said)
+    if said.crs is not None:
         _refuse_plane(file, said)
 
 
