@@ -47,15 +47,25 @@ def test_a_header_of_another_order_is_not_passed_over(tmp_path):
         ("Mittelwert;4500050,5;5300050,25;401\n", "Mittelwert"),
         ("Anzahl:;2;;\n", "Anzahl:"),
         ("Total;2;3;4\n", "Total"),
+        ("Durchschnitt;2;3;4\n", "Durchschnitt"),
+        ("Min;2;3;4\n", "Min"),
+        ("Max.;2;3;4\n", "Max."),
+        ("Summe;2;3;4\nC;2;3;4\n", "Summe"),
+        ("MEAN;2;3;4\nMin;2;3;4\nRange;2;3;4\n", "MEAN"),
     ],
 )
 def test_a_sum_below_the_points_is_no_point(tmp_path, row, name):
-    said = f"row 4: the last row is called '{name}'.*Delete the row, or rename"
+    said = f"row 4: a row is called '{name}'.*Delete the row, or rename"
     with pytest.raises(EinschaltError, match=said):
         read(tmp_path, HEAD + TWO + row)
 
 
 def test_a_sum_below_model_points_stands_where_the_model_does(tmp_path):
     text = "model_id,point_id,x,y\n1,A,10.5,20.5\n1,B,11.5,20.5\nTotal,2,22.0,41.0\n"
-    with pytest.raises(EinschaltError, match="row 4: the last row is called 'Total'"):
+    with pytest.raises(EinschaltError, match="row 4: a row is called 'Total'"):
         read(tmp_path, text, MODEL_POINTS)
+
+
+def test_points_may_be_called_as_extremes_are(tmp_path):
+    text = HEAD + TWO + "Max;4500200,50;5300000,25;402,5\n" + THIRD
+    assert read(tmp_path, text).frame["point_id"].tolist() == ["A", "B", "Max", "C"]

@@ -17,11 +17,16 @@ from einschalt.foundations.tables import LINE
 
 NAMES = ("point_id", "model_id", "image_id")
 # as column_words.folded writes them
-FOOTERS = {
-    *("summe", "gesamt", "gesamtsumme", "anzahl", "mittel", "mittelwert"),
-    *("sum", "total", "count", "mean", "average", "grandtotal"),
-    *("somme", "nombre", "moyenne", "somma", "totale", "media"),
+SUMS = {
+    *("summe", "gesamt", "gesamtsumme", "zwischensumme", "anzahl", "mittel"),
+    *("mittelwert", "durchschnitt", "standardabweichung", "spannweite"),
+    *("sum", "total", "subtotal", "count", "mean", "average", "grandtotal"),
+    *("stddev", "stdev", "standarddeviation", "somme", "nombre", "moyenne"),
+    *("somma", "totale", "media"),
 }
+AS_WRITTEN = sorted({f"{word}{end}" for word in SUMS for end in ("", ":", ".")})
+# which could be names of points, if they do not end the table
+FOOTERS = SUMS | {"min", "max", "minimum", "maximum", "median", "std", "rms"}
 
 
 def without_headers(frame, schema, meant, source):
@@ -44,27 +49,44 @@ def without_headers(frame, schema, meant, source):
 
 def _are(series, word):
     """Whether each text of a column is a word, whatever blanks are around it."""
+    return pc.equal(_texts_of(series), word).to_numpy(zero_copy_only=False)
+
+
+def _texts_of(series):
+    if series.dtype == object:
+        series = series.astype("str")
     values = pa.array(series, from_pandas=True)
     if isinstance(values, pa.ChunkedArray):
         values = values.combine_chunks()
-    texts = pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
-    return pc.equal(texts, word).to_numpy(zero_copy_only=False)
+    return pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
 
 
 def refuse_footer(frame, source):
-    """Refuse a last row that is called a sum or a mean."""
+    """Refuse a row that is called a sum or a mean, or a last one that is an extreme."""
     if not len(frame):
         return
     for name in NAMES:
         if list(frame.columns).count(name) != 1:
             continue
-        word = str(frame[name].iloc[-1])
-        if folded(word) in FOOTERS:
+        names = frame[name]
+        place = len(frame) - 1
+        if folded(names.iloc[-1]) not in FOOTERS:
+            place = _place_of_sum(names)
+        if place is not None:
+            word = shortened(str(names.iloc[place]))
             raise TableError(
-                f"the last row is called {shortened(word)!r}: is it a sum or a mean of "
-                "the rows above?",
+                f"a row is called {word!r}: is it a sum or a mean of the rows above?",
                 expected="points alone",
                 remedy="Delete the row, or rename its point",
                 file=source,
-                row=int(frame.index[-1]) if frame.index.name == LINE else None,
+                row=int(frame.index[place]) if frame.index.name == LINE else None,
             )
+
+
+def _place_of_sum(names):
+    """Position of the first name that is called a sum or a mean, or None."""
+    if not (pd.api.types.is_string_dtype(names) or names.dtype == object):
+        return None
+    small = pc.utf8_lower(_texts_of(names))  # a tenth of what folding takes
+    place = pc.index(pc.is_in(small, value_set=pa.array(AS_WRITTEN)), True).as_py()
+    return place if place >= 0 else None
