@@ -49,8 +49,11 @@ def changed(block, flight="low_flight", **facts):
         ),
         (
             {"model_unit": "inch"},
-            "model_unit = 'inch' is unknown; expected um or mm or",
+            "model_unit = 'inch' is unknown; expected um or mm or .*Convert the models",
         ),
+        ({"model_unit": "km"}, "'km' is unknown; .*Convert the models to one of these"),
+        ({"model_unit": "µm"}, "'µm' is unknown; .*Write 'um'"),
+        ({"model_unit": "Meter"}, "'Meter' is unknown; .*Write 'm'"),
         (
             {"base": -90.0},
             r"\[low_flight\] base = -90\.0; expected a positive number in",

@@ -11,6 +11,7 @@ import pandas as pd
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, is_length
 from einschalt.foundations.tables import IMAGE_PAIRS, IMAGE_POINTS
+from einschalt.foundations.units import METRES_PER_UNIT
 
 # of each of these all columns have one unit
 PLACES = (
@@ -103,7 +104,7 @@ def _other_model_unit(meant, unit, model_unit, source):
     name = next(n for group in PLACES for n in group if n in meant.units)
     shown = meant.translated[name]
     mend = "Correct the name of the column if it is wrong, or convert the table"
-    if unit != "km":  # no model is as large
+    if unit in METRES_PER_UNIT:
         mend = f"Set model_unit = '{unit}', or correct the name of the column"
     return TableError(
         f"column '{shown}' is in {unit}, but model_unit of the flight is {model_unit}",

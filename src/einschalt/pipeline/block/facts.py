@@ -11,6 +11,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.header_units import is_unit, plain_unit
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.projections import read_crs
@@ -211,9 +212,11 @@ class _Facts:
             if (name, key) in self.said or is_choice(value, allowed):
                 continue
             known = [word for word in allowed if word]
-            near = nearest(value, known)
+            near = _meant(key, value, known)
             found = f"{key} = {described(value)} is unknown"
             remedy = f"Write {near!r}" if near else ""
+            if key == "model_unit" and near is None:
+                remedy = "Convert the models to one of these units"
             self._say(found, name, key, expected=" or ".join(known), remedy=remedy)
 
     def parts(self, name, flight):
@@ -253,3 +256,15 @@ class _Facts:
                 )
                 found = f"{key} is missing"
                 self._say(found, name, key, expected=expected, remedy=remedy)
+
+
+def _meant(key, value, known):
+    """The known word that may be meant; None where none is.
+
+    A unit written otherwise is that unit, and of two units none is like the other.
+    """
+    if key == "model_unit" and isinstance(value, str):
+        unit = plain_unit(value)
+        if unit in known or is_unit(unit):
+            return unit if unit in known else None
+    return nearest(value, known)
