@@ -29,6 +29,7 @@ BY_COMMAS_OR_APOSTROPHES = re.compile(
 )
 GROUP_BLANKS = r"['\x{2019} \x{a0}\x{2009}\x{202f}]"
 MINUS = "\u2212"
+GROUPED_BEFORE_COMMA = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+,\d*$"
 POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
 
 
@@ -50,6 +51,7 @@ def meaning_of_commas(columns) -> Commas:
     ``columns``: arrow arrays of text, without blanks around it, by name. ``none`` where
     there are no decimal commas, or more points in the same column: single values are
     faults then. ``mixed`` where a few points stand in a column of decimal commas.
+    Points of two meanings beside ``10.009,37`` may part thousands, and are no faults.
     Points in another column speak only against commas of two meanings.
 
     >>> import pyarrow as pa
@@ -59,6 +61,8 @@ def meaning_of_commas(columns) -> Commas:
     'open'
     >>> meaning_of_commas({"x": pa.array(["12,5", "7,25", "3.5"])}).text
     '3.5'
+    >>> meaning_of_commas({"x": pa.array(["10.009,37", "10.100"])}).meaning
+    'decimal'
     """
     first = None
     is_proven = has_points = False
@@ -69,7 +73,7 @@ def meaning_of_commas(columns) -> Commas:
         has_points |= has_own
         is_open = pc.match_substring_regex(texts, OF_TWO_MEANINGS)
         is_certain = pc.and_not(is_comma, is_open)
-        if has_commas and has_own:
+        if has_commas and has_own and not _are_thousands(texts):
             return _of_most(name, texts, is_certain)
         is_proven |= bool(pc.any(is_certain, min_count=0).as_py())
         if first is None and pc.any(is_open, min_count=0).as_py():
@@ -78,6 +82,15 @@ def meaning_of_commas(columns) -> Commas:
     if is_proven:
         return Commas("decimal")
     return Commas("none") if has_points or first is None else first
+
+
+def _are_thousands(texts):
+    """Whether points part thousands before a comma, and none must be a decimal one."""
+    is_point = pc.match_substring_regex(texts, POINT)
+    is_parted = pc.match_substring_regex(texts, PARTED)
+    if pc.any(pc.and_not(is_point, is_parted), min_count=0).as_py():
+        return False
+    return pc.any(pc.match_substring_regex(texts, GROUPED_BEFORE_COMMA)).as_py()
 
 
 def _of_most(name, texts, is_certain):

@@ -363,3 +363,13 @@ def test_heights_of_a_list_without_names(tmp_path):
     second_pair = "1;10009,37;326802,003;10009,4;326802\n"
     with pytest.raises(TableError, match="'column 4' cannot be the height"):
         read(tmp_path, second_pair)
+
+
+@pytest.mark.parametrize("rows", ["B;10.100;326.900\n", "B;10.100;1\nC;10.200;2\n"])
+def test_points_beside_grouped_numbers_are_asked_about(tmp_path, rows):
+    """Whoever wrote 10009.37 for 10.009,37 had 10.100 read as ten metres."""
+    with pytest.raises(TableError, match=r"'10\.100': is it 10\.100 or 10100\?"):
+        read(tmp_path, f"Nr;E;N\nA;10.009,37;326.802,00\n{rows}")
+    # another number that only a decimal point can part: the comma is the fault
+    with pytest.raises(EinschaltError, match=r"'10\.009,37' has separators"):
+        require_sound(tmp_path, "Nr;E;N\nA;10.009,37;1\nB;10.5;2\nC;10.25;3\n")
