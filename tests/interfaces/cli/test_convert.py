@@ -8,6 +8,7 @@ from xml.sax.saxutils import escape
 import pandas as pd
 import pyproj
 import pytest
+import xlsxwriter
 from fuzz.foreign_files import VRT
 from tests.interfaces.files.test_marker_files import XML
 
@@ -339,3 +340,13 @@ def test_convert_asks_for_nothing_in_a_block_that_it_has_not(invoke, tmp_path, t
     shown = converted(invoke, tmp_path, text)
     assert shown.exit_code == 2
     assert "block.toml" not in shown.stderr
+
+
+def test_tables_of_which_one_must_be_said_are_named(invoke, tmp_path):
+    with xlsxwriter.Workbook(tmp_path / "t.xlsx") as book:
+        for name in ("Alt", "Neu"):
+            sheet = book.add_worksheet(name)
+            sheet.write_row(0, 0, ["Nr", "Ost", "Nord"])
+            sheet.write_row(1, 0, ["A", 1.5, 2.5])
+    shown = invoke("convert", tmp_path / "t.xlsx", tmp_path / "out.csv")
+    assert "holds 2 tables: Alt, Neu; expected one table" in shown.stderr

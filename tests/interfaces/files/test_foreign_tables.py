@@ -606,6 +606,39 @@ def test_a_zero_of_a_program_that_computes_none_is_no_value(tmp_path):
     assert frame[PLANE].to_numpy().tolist() == [["0", "3"]]
 
 
+def test_hidden_rows_are_read_and_said(tmp_path):
+    path = tmp_path / "t.xlsx"
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet("Punkte")
+        for k, row in enumerate([["Nr", "Ost", "Nord"], ["A", 1, 2], ["B", 3, 4]]):
+            sheet.write_row(k, 0, row)
+        sheet.set_row(2, None, None, {"hidden": True})
+        sheet.set_row(7, None, None, {"hidden": True})  # of no point
+    table = understand_table(path, CONTROL_POINTS)
+    said = "t.xlsx, sheet Punkte: hidden rows are read as well: 3"
+    assert (said in table.notes, len(table.frame)) == (True, 2)
+    path = tmp_path / "t.ods"
+    write_workbook(POINTS, path)
+    assert not any("hidden" in n for n in understand_table(path, CONTROL_POINTS).notes)
+    row = re.compile(rb"(<table:table-row)(?=[^<]*(?:<(?!/?table:table-row)[^<]*)*7/8)")
+    filtered = rb'\1 table:visibility="filter"'
+    changed_workbook(path, lambda d: row.sub(filtered, d), "content.xml")
+    said = "t.ods, sheet Punkte: hidden rows are read as well: 3"
+    assert said in understand_table(path, CONTROL_POINTS).notes
+
+
+def test_texts_with_commas_of_two_meanings_beside_numbers_of_cells(tmp_path):
+    """Each number of a cell has a point, which says nothing of texts."""
+    path = tmp_path / "t.xlsx"
+    points = pd.DataFrame({"Nr": ["A", "B"], "Ost": ["10,500", "11,555"]})
+    points = points.assign(Nord=["20,250", "22,555"], H=[512.3, 3.0])
+    write_workbook(points, path)
+    with pytest.raises(TableError, match=r'10\.500 or 10500.*decimal = ","'):
+        understand_table(path, CONTROL_POINTS)
+    frame = understand_table(path, CONTROL_POINTS, Said(decimal=",")).frame
+    assert frame["easting"].tolist() == [10.5, 11.555]
+
+
 def test_number_formats_of_a_monster_are_read_in_no_time():
     styles = b"<numFmt " + b'formatCode="x ' * 100_000 + b"/>"
     assert formats_of_styles(styles) == ({}, {})

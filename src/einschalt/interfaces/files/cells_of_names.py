@@ -40,6 +40,10 @@ KIND = re.compile(rb"""\st=["'](\w+)""")
 CELLS = (
     rb"""<c r="(%s)(\d+)"([^<>]*)>(?:\s*<f\b[^<>]*(?:/>|>[^<]*</f>)\s*)?<v>([^<]*)"""
 )
+HIDDEN_ROW = re.compile(
+    rb"""<row(?=[^<>]*\shidden=["'](?:1|true))[^<>]*?\sr=["'](\d+)"""
+)
+MOST_REPEATED = 1000
 OF_TEXT = ("s", "str", "inlineStr", "e")
 
 
@@ -64,6 +68,41 @@ def no_texts(data, sheet, columns):
                 return None
             return _of_xlsx(text, book, columns)
         return _of_ods(book.read(ODS), sheet, columns)
+
+
+def hidden_rows(data, sheet):
+    """Rows of a sheet that a spreadsheet does not show, by hand or by a filter."""
+    with zipfile.ZipFile(io.BytesIO(data)) as book:
+        if WORKBOOK in book.namelist():
+            text = _sheet_of_xlsx(book, sheet) or b""
+            return {int(row) for row in HIDDEN_ROW.findall(text)}
+        text = book.read(ODS)
+        is_any = b"table:visibility" in text
+        return set(_hidden_of_ods(text, sheet)) if is_any else set()
+
+
+def _hidden_of_ods(text, sheet):
+    for row, one in _rows_of_ods(text, sheet):
+        if _attribute(one, "visibility") in ("collapse", "filter"):
+            n_rows = int(_attribute(one, "number-rows-repeated") or 1)
+            yield from range(row, row + min(n_rows, MOST_REPEATED))
+
+
+def _rows_of_ods(text, sheet):
+    """Rows of a sheet, with the number of the first that each stands for.
+
+    A ValueError where it is damaged.
+    """
+    try:
+        tables = ET.fromstring(text).findall(".//{*}table")
+    except ET.ParseError as error:
+        raise ValueError from error
+    own = next((t for t in tables if _attribute(t, "name") == sheet), None)
+    row = 1
+    for one in own.iter() if own is not None else ():
+        if _is(one, "table-row"):
+            yield row, one
+            row += int(_attribute(one, "number-rows-repeated") or 1)
 
 
 def _sheet_of_xlsx(book, sheet):
@@ -159,18 +198,12 @@ def _looks_plain(code, value):
 
 def _of_ods(text, sheet, columns):
     """As of .xlsx; a cell of .ods tells what it shows."""
-    try:
-        tables = ET.fromstring(text).findall(".//{*}table")
-    except ET.ParseError:
-        return None
-    own = next((t for t in tables if _attribute(t, "name") == sheet), ())
-    found, row = {}, 1
-    for one in (r for r in own.iter() if _is(r, "table-row")) if len(own) else ():
+    found = {}
+    for row, one in _rows_of_ods(text, sheet):
         for column, cell in _cells(one, columns):
             what = _what_of_ods(cell)
             if what is not None:
                 found[row, column] = what
-        row += int(_attribute(one, "number-rows-repeated") or 1)
     return found
 
 

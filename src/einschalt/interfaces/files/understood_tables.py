@@ -100,14 +100,15 @@ def meant_header(names, schema, said, source, row=None, *, usual=None):
     return columns_meant(names, schema, said.columns, source=source, row=row)
 
 
-def understood(frame, schema, said, meant, source) -> ReadTable:
+def understood(frame, schema, said, meant, source, *, is_of_cells=False) -> ReadTable:
     """Understand values: decimal commas, the axes of Y and X, kinds of points.
 
+    ``is_of_cells``: of a workbook, whose numbers have a point whatever texts have.
     ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
     refuse_footer(frame, source)
     frame, repeated = without_headers(frame, schema, meant, source)
-    frame, notes = _with_points(frame, schema, said, source)
+    frame, notes = _with_points(frame, schema, said, source, is_of_cells)
     notes.insert(0, repeated)
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
@@ -125,7 +126,7 @@ def understood(frame, schema, said, meant, source) -> ReadTable:
     return ReadTable(frame, tuple(note for note in notes if note), unit=unit)
 
 
-def _with_points(frame, schema, said, source):
+def _with_points(frame, schema, said, source, is_of_cells):
     """The frame with decimal points, where it has decimal commas, and notes."""
     names = [
         name
@@ -139,7 +140,7 @@ def _with_points(frame, schema, said, source):
     notes += [note] if note else []
     if said.decimal == POINT:
         return frame, notes
-    commas = meaning_of_commas(texts)
+    commas = meaning_of_commas(_with_commas(texts) if is_of_cells else texts)
     if commas.meaning == "mixed":
         raise _few_points(frame, commas, source)
     if commas.meaning == "open" and said.decimal is None:
@@ -151,6 +152,15 @@ def _with_points(frame, schema, said, source):
     changed = {n: _numbers(with_points(v), frame.index) for n, v in texts.items()}
     notes.append(f"{source}: read with decimal commas")
     return frame.assign(**changed), notes
+
+
+def _with_commas(texts):
+    """Columns in which there are commas; points of the others say nothing of them."""
+    return {
+        name: values
+        for name, values in texts.items()
+        if pc.any(pc.match_substring(values, COMMA), min_count=0).as_py()
+    }
 
 
 def _without_commas(frame, texts, said, source):

@@ -25,7 +25,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files import workbook_sizes
-from einschalt.interfaces.files.cells_of_names import WORKBOOK, no_texts
+from einschalt.interfaces.files.cells_of_names import WORKBOOK, hidden_rows, no_texts
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
@@ -85,7 +85,8 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     held = _no_texts(data, sheet, where, source)
     frame, more = whole_names(frame, where, held, f"{source}, sheet {sheet}")
     notes += more
-    table = understood(frame, schema, said, meant, source)
+    notes += _notes_on_hidden(data, sheet, frame.index, source)
+    table = understood(frame, schema, said, meant, source, is_of_cells=True)
     return replace(table, notes=(*notes, *table.notes), n_beside=n_beside)
 
 
@@ -156,6 +157,19 @@ def _sheet(path, schema, said, source):
     sheet, note = _meant_sheet(sheets, hidden, schema, said, source)
     notes = [note] if note else []
     return sheets[sheet], sheet, notes, data
+
+
+def _notes_on_hidden(data, sheet, rows, source):
+    """Say which of the rows that are read a spreadsheet does not show."""
+    try:
+        hidden = [row for row in sorted(hidden_rows(data, sheet)) if row in rows]
+    except DAMAGES as error:
+        raise _damaged(source) from error
+    if not hidden:
+        return []
+    return [
+        f"{source}, sheet {sheet}: hidden rows are read as well: {name_some(hidden)}"
+    ]
 
 
 def _no_texts(data, sheet, where, source):

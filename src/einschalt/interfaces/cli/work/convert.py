@@ -201,8 +201,11 @@ def _print_notes(notes):
 
 def _convert_table(found, given, output):
     if len(found) > 1:
+        parts = (one.said.sheet or one.said.layer for one in found)
+        named = name_some(sorted({part for part in parts if part}), 8)
+        held = kept("{n:table|tables}", n=len(found))
         raise FileError(
-            f"holds {kept('{n:table|tables}', n=len(found))}",
+            f"holds {held}: {named}" if named else f"holds {held}",
             expected="one table",
             remedy="Say which by --sheet or --layer",
             file=given.name,
