@@ -13,6 +13,7 @@ from einschalt.foundations.column_words import (
     folded,
     kind_of,
 )
+from einschalt.foundations.errors import TableError
 from einschalt.foundations.tables import CONTROL_POINTS, MEASURED_MODEL_POINTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "tables.md"
@@ -66,3 +67,14 @@ def test_names_of_the_project_are_never_translated(schema):
 def test_a_number_of_a_point_is_not_its_northing():
     names = columns_meant(["N°", "E", "N"], CONTROL_POINTS).names
     assert names == ("point_id", "easting", "northing")
+
+
+@pytest.mark.parametrize("number", ["Nr", "ID", "No"])
+def test_a_number_and_a_name_could_both_be_the_point(number):
+    names = [number, "Name", "E", "N"]
+    with pytest.raises(TableError, match=f"columns '{number}' and 'Name' could both"):
+        columns_meant(names, CONTROL_POINTS)
+    meant = columns_meant(names, CONTROL_POINTS, {"point_id": "Name"})
+    assert meant.translated["point_id"] == "Name"
+    meant = columns_meant(["Pt", *names], CONTROL_POINTS)
+    assert meant.translated["point_id"] == "Pt"

@@ -26,8 +26,8 @@ WORDS = {
     "point_id": {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
-        "en": "pointid pointnumber pointno pointnr pointname point ptid ptno opid gcp "
-        "gcpid gcpname label",
+        "en": "pointid pointnumber pointno pointnr pointname point pt ptid ptno opid "
+        "gcp gcpid gcpname label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",
@@ -105,6 +105,7 @@ WORDS = {
         "it": "parallassey parallasseverticale",
     },
 }
+FIRST_NAME = WORDS["point_id"][""].split().index("name")  # before it are numbers
 # a Y and an X on the ground: which of them points to the east depends on the country
 LETTERS = {
     "Y": "y ykoordinate koordinatey ykoord ycoord ycoordinate coordy coordonneey",
@@ -312,6 +313,10 @@ def _candidates(names, rest, schema, name):
         found = _fitting(plain, name)
     strong = [one for one in found if one[0]]
     best = min((rank for _, _, rank in found), default=0)
+    if not strong and name == "point_id" and best < FIRST_NAME:
+        # a number and a name: which of them do the other tables have?
+        named = [one for one in found if one[2] >= FIRST_NAME]
+        return [one for one in found if one[2] == best] + named
     return strong or [one for one in found if one[2] == best]
 
 
