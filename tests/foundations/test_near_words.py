@@ -48,3 +48,13 @@ def test_a_pair_is_told_where_most_names_have_one():
     assert pair_meant(["01001", "7", "8", "9"], names) is None
     # numbers without gaps turn into others when letters are exchanged
     assert pair_meant(["1102", "1203", "1304"], ["1012", "1023", "1034"]) is None
+
+
+def test_blanks_between_digits_of_many_names_part_nothing():
+    strange, others = ["10 01", "10 02", "10 03"], ["1001", "1002", "1003"]
+    assert names_meant(strange, [], others) == dict(zip(strange, others, strict=True))
+    assert names_meant(strange[:1], ["7"], others) == {}
+    assert names_meant(["1 001"], ["7"], others) == {"1 001": "1001"}
+    assert pair_meant(strange, others) == ("10 01", "1001")
+    # of two that fit none is meant
+    assert names_meant(["1 001"], [], ["1001", "01001"]) == {}

@@ -9,6 +9,8 @@ from einschalt.foundations.value_descriptions import described
 
 ALIKE = 0.6  # share of letters that two words have in common
 SEPARATORS, LEADING_ZEROS = re.compile(r"[\W_]+"), re.compile(r"(?<!\d)0+(?=\d)")
+BLANKS, NOTHING = re.compile(r"\s+"), re.compile(r"(?!)")
+IN_THOUSANDS, FEWEST_OF_A_HABIT = re.compile(r"[1-9]\d{0,2}(\s\d{3})+"), 3
 NOT_BETWEEN_DIGITS = re.compile(r"(?<!\d)/|/(?!\d)")
 DECIMALS_OF_NONE = re.compile(r"(?<=\d)[.,]0+$")  # as programs write a whole number
 # letters of other scripts that look Latin as capitals: Greek, then Cyrillic
@@ -49,8 +51,8 @@ def names_meant(strange, right, others):
     whole number (1001.0), accents as characters of their own, Greek or Cyrillic letters
     that look Latin, and the letter O for a zero; or with two neighbouring letters
     exchanged, unless ``right`` names turn into others so as well, as numbers without
-    gaps do. Separators between digits part numbers: 1-12 is not 11-2. Where several
-    names fit, none is meant.
+    gaps do. Separators between digits part numbers: 1-12 is not 11-2; but for blanks
+    before thousands, or in many names. Where several names fit, none is meant.
 
     >>> names_meant(["P-007", "1032", "48"], ["1001"], ["p7", "1302", "50"])
     {'P-007': 'p7', '1032': '1302'}
@@ -58,20 +60,34 @@ def names_meant(strange, right, others):
     {'1oo1': '1001'}
     >>> names_meant(["1032"], ["1012"], ["1302", "1102"])
     {}
+    >>> names_meant(["1 032", "1 12"], ["1012"], ["1032", "112"])
+    {'1 032': '1032'}
     """
     exact, fitting = set(others), _written_alike(strange, others)
     by_chance = sum(bool(_exchanged(name, exact)) for name in right)
     if by_chance <= MOST_BY_CHANCE * len(right):
         fitting = {n: same | _exchanged(n, exact) for n, same in fitting.items()}
-    return _only_ones(fitting)
+    return _without_blanks(strange, others) | _only_ones(fitting)
 
 
-def _written_alike(strange, others):
+def _without_blanks(strange, others):
+    """Other names that strange ones are without blanks between digits, a dict.
+
+    Such a blank may part two numbers: that it does not, groups of thousands say, or
+    many names.
+    """
+    found = _only_ones(_written_alike(strange, others, without=BLANKS))
+    is_habit = FEWEST_OF_A_HABIT <= len(found) > LEAST_MEANT * len(strange)
+    return {n: o for n, o in found.items() if is_habit or IN_THOUSANDS.fullmatch(n)}
+
+
+def _written_alike(strange, others, *, without=NOTHING):
     """Other names that are each strange one but for how they are written, sets."""
     alike = defaultdict(set)
     for name in set(others):
-        alike[_plain(name)].add(name)
-    return {name: alike.get(_plain(name) or None, set()) for name in strange}
+        alike[_plain(without.sub("", name))].add(name)
+    plain = {name: _plain(without.sub("", name)) or None for name in strange}
+    return {name: alike.get(word, set()) for name, word in plain.items()}
 
 
 def _only_ones(fitting):
@@ -90,6 +106,7 @@ def pair_meant(strange, others):
     """
     strange = list(dict.fromkeys(strange))[:MOST_COMPARED]
     meant = _only_ones(_written_alike(strange, others))
+    meant = _without_blanks(strange, others) | meant
     if len(meant) <= LEAST_MEANT * len(strange):
         return None
     return next(iter(meant.items()))
