@@ -69,12 +69,14 @@ def test_a_number_of_a_point_is_not_its_northing():
     assert names == ("point_id", "easting", "northing")
 
 
-@pytest.mark.parametrize("number", ["Nr", "ID", "No"])
+@pytest.mark.parametrize("number", ["Nr", "Nummer", "No"])
 def test_a_number_and_a_name_could_both_be_the_point(number):
     names = [number, "Name", "E", "N"]
     with pytest.raises(TableError, match=f"columns '{number}' and 'Name' could both"):
         columns_meant(names, CONTROL_POINTS)
     meant = columns_meant(names, CONTROL_POINTS, {"point_id": "Name"})
     assert meant.translated["point_id"] == "Name"
+    meant = columns_meant(["Id", *names[1:]], CONTROL_POINTS)
+    assert meant.translated["point_id"] == "Id"  # as DBAT has them
     meant = columns_meant(["Pt", *names], CONTROL_POINTS)
     assert meant.translated["point_id"] == "Pt"

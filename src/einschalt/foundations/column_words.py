@@ -313,8 +313,8 @@ def _candidates(names, rest, schema, name):
         found = _fitting(plain, name)
     strong = [one for one in found if one[0]]
     best = min((rank for _, _, rank in found), default=0)
-    if not strong and name == "point_id" and best < FIRST_NAME:
-        # a number and a name: which of them do the other tables have?
+    if not strong and name == "point_id" and 0 < best < FIRST_NAME:
+        # a number and a name: which of them do the other tables have? An id tells
         named = [one for one in found if one[2] >= FIRST_NAME]
         return [one for one in found if one[2] == best] + named
     return strong or [one for one in found if one[2] == best]
