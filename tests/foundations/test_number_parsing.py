@@ -93,3 +93,20 @@ def test_degrees_and_minutes_are_told_with_what_to_write(text, plain):
 )
 def test_other_signs_are_no_degrees_and_minutes(text):
     assert "degrees and" not in describe_fault(text, "degrees")[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("2023/08/08", "'2023/08/08' is a date or a time, and no number"),
+        ("2023-08-08 07:30:00", "'2023-08-08 07:30:00' is a date or a time, and no"),
+        ("08:07:00", "'08:07:00' is a date or a time, and no number"),
+        # of a spreadsheet, which has no day for it
+        ("1899/12/30 08:07:00", "is a time of day, and no number"),
+        ("1899/12/30", "is a time of day, and no number"),
+    ],
+)
+def test_dates_and_times_are_told(text, found):
+    said = describe_fault(text, "metres")
+    assert said[0].startswith(found)
+    assert said[2].startswith("Give the value as a number")

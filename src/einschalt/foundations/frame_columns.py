@@ -50,3 +50,14 @@ def values_of(table: pd.DataFrame, names: Iterable[str]) -> np.ndarray:
     """
     columns = [table[name].to_numpy(dtype=float) for name in names]
     return np.array(columns).T if columns else np.empty((len(table), 0))
+
+
+def names_not_in(frame, known):
+    """Names of the columns that are not among known ones; positions of nameless ones.
+
+    >>> import pandas as pd
+    >>> names_not_in(pd.DataFrame(columns=["x", "", "u"]), ["x", "y"])
+    ('(column 2)', 'u')
+    """
+    named = enumerate(map(str, frame.columns), 1)
+    return tuple(n.strip() or f"(column {k})" for k, n in named if n not in known)

@@ -10,6 +10,10 @@ MOST_BITS = 1000
 MOST_SHOWN = 60
 MEND = "Give a value or delete the row"
 MEND_OR_NONE = "Give a value, or leave the cell empty"
+# as tables have them; where a spreadsheet has times alone, they have its first day
+DATE = re.compile(r"\d{4}[-/]\d\d[-/]\d\d([ T].*)?|\d{1,2}:\d\d(:\d\d.*)?")
+CLOCK = re.compile(r"1899[-/]12[-/]3[01]([ T].*)?")
+OF_A_DATE = "Give the value as a number, in a spreadsheet with the format Number"
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
 DEGREES = "degrees"
@@ -59,6 +63,10 @@ def _fault(text):
         is_small = abs(float(text)) <= LARGEST_NUMBER
         fault = f"{text!r} is not above 0" if is_small else f"{text!r} is too large"
         return fault, MEND
+    if CLOCK.fullmatch(text):
+        return "is a time of day, and no number", OF_A_DATE
+    if DATE.fullmatch(text):
+        return f"{text!r} is a date or a time, and no number", OF_A_DATE
     return _separators(text) or (f"{text!r} is not a number", MEND)
 
 

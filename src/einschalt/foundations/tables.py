@@ -15,6 +15,7 @@ from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
+from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.key_columns import SeenNames, row_codes
 from einschalt.foundations.names import CodedColumns
 from einschalt.foundations.near_words import nearest
@@ -228,7 +229,7 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     if frame.empty:
         return CheckedTable(frame, tuple(problems) or (_empty(source),))
     names = list(frame.columns)
-    ignored = [name for name in names if name not in schema.names]
+    ignored = names_not_in(frame, schema.names)
     notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
     columns = {}
     seen = _seen_names(frame, schema)

@@ -350,3 +350,8 @@ def test_tables_of_which_one_must_be_said_are_named(invoke, tmp_path):
             sheet.write_row(1, 0, ["A", 1.5, 2.5])
     shown = invoke("convert", tmp_path / "t.xlsx", tmp_path / "out.csv")
     assert "holds 2 tables: Alt, Neu; expected one table" in shown.stderr
+
+
+def test_a_column_without_a_name_is_left_out_by_its_place(invoke, tmp_path):
+    shown = converted(invoke, tmp_path, "Nr;E;N;;x\nA;1.5;2.5;7;8\n")
+    assert "note: t.csv: left out (column 4), x\n" in shown.stderr

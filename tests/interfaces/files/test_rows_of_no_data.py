@@ -69,3 +69,10 @@ def test_a_sum_below_model_points_stands_where_the_model_does(tmp_path):
 def test_points_may_be_called_as_extremes_are(tmp_path):
     text = HEAD + TWO + "Max;4500200,50;5300000,25;402,5\n" + THIRD
     assert read(tmp_path, text).frame["point_id"].tolist() == ["A", "B", "Max", "C"]
+
+
+@pytest.mark.parametrize("again", [HEAD.upper(), HEAD.lower()])
+def test_a_header_in_other_letters_is_left_out_as_well(tmp_path, again):
+    found = read(tmp_path, HEAD + TWO + again + THIRD)
+    assert found.frame["point_id"].tolist() == ["A", "B", "C"]
+    assert "t.csv: 1 row repeating the header left out" in found.notes

@@ -373,3 +373,11 @@ def test_points_beside_grouped_numbers_are_asked_about(tmp_path, rows):
     # another number that only a decimal point can part: the comma is the fault
     with pytest.raises(EinschaltError, match=r"'10\.009,37' has separators"):
         require_sound(tmp_path, "Nr;E;N\nA;10.009,37;1\nB;10.5;2\nC;10.25;3\n")
+
+
+def test_a_row_of_too_few_values_between_blanks_is_told_so(tmp_path):
+    """Which of them is missing nobody can tell."""
+    text = "Nr E N H\nA 1.5 2.5 3.5\nB 1.5 2.5\n"
+    said = r"3 values, the header 4; expected 4 values separated by blanks\. Part the"
+    with pytest.raises(TableError, match=rf"row 3: the row has {said} values by semi"):
+        require_sound(tmp_path, text)

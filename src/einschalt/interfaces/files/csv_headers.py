@@ -42,7 +42,12 @@ class Header:
     end: int  # the last line before the values
     # of a list without names: positions of what is no coordinate
     usual: dict | None = field(default=None)
-    has_blanks: bool = False  # in the file, where tabs part the columns now
+    is_by_blanks: bool = False  # in the file; the separator is what replaced them
+
+    @property
+    def shown_separator(self):
+        """What parts the columns in the file."""
+        return "blanks" if self.is_by_blanks else SEPARATORS[self.separator]
 
 
 def read_header(data, schema, said, source):
@@ -61,7 +66,7 @@ def read_header(data, schema, said, source):
     if header.separator != BLANK:
         return data, header
     data = b"\n".join(BLANKS.sub(b"\t", one.strip()) for one in data.splitlines())
-    return data, replace(header, separator="\t", has_blanks=True)
+    return data, replace(header, separator="\t", is_by_blanks=True)
 
 
 def _head(data):

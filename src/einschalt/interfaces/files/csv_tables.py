@@ -31,7 +31,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
-from einschalt.interfaces.files.csv_headers import COMMENT, SEPARATORS, read_header
+from einschalt.interfaces.files.csv_headers import COMMENT, read_header
 from einschalt.interfaces.files.csv_parts import (
     count_byte,
     read_fast,
@@ -226,7 +226,12 @@ class _Rows:
             "Part the values as the header does, and leave none out; delete the row "
             "if it is a remark"
         )
-        if n_values > n_columns:
+        if self.header.is_by_blanks:
+            remedy = (
+                "Part the values by semicolons, which show an empty one; delete the "
+                "row if it is a remark"
+            )
+        elif n_values > n_columns:
             remedy = f"Put a value that holds {self._name} itself into quotes"
             if self.header.separator == ",":
                 remedy = "Write decimal points, not commas, and quote texts with commas"
@@ -242,7 +247,7 @@ class _Rows:
 
     @property
     def _name(self):
-        return "blanks" if self.header.has_blanks else SEPARATORS[self.header.separator]
+        return self.header.shown_separator
 
     def _quote_problem(self, line, last_line, error=None):
         if "field larger" in str(error):

@@ -8,6 +8,7 @@ import numpy as np
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some, raise_problems
+from einschalt.foundations.number_parsing import CLOCK
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.cells_of_names import (
     DATE,
@@ -74,6 +75,10 @@ def _problem(name, value, kind, where):
         found = (
             f"{name} '{value}' is a number of 16 digits or more, of which a "
             "spreadsheet keeps 15"
+        )
+    elif CLOCK.fullmatch(value):
+        found = (
+            f"{name} is a time of day: a spreadsheet makes one of names such as 7:30"
         )
     else:
         found = (

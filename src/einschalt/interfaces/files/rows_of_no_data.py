@@ -48,8 +48,9 @@ def without_headers(frame, schema, meant, source):
 
 
 def _are(series, word):
-    """Whether each text of a column is a word, whatever blanks are around it."""
-    return pc.equal(_texts_of(series), word).to_numpy(zero_copy_only=False)
+    """Whether each text of a column is a word, in capitals or not, blanks aside."""
+    texts = pc.utf8_lower(_texts_of(series))
+    return pc.equal(texts, word.lower()).to_numpy(zero_copy_only=False)
 
 
 def _texts_of(series):

@@ -15,6 +15,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.language import mark_each, translated
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
 from einschalt.interfaces.files.input_files import (
@@ -276,7 +277,7 @@ def _looked(file, kind, table, said):
     """The table, checked."""
     fit = fitting_schema(kind, table, said)
     checked = tables.check_table(table.frame, fit, source=file.source)
-    left_out = tuple(n for n in table.frame if n not in fit.names)
+    left_out = names_not_in(table.frame, fit.names)
     raise_problems(_said_of_guess(kind, checked.problems, left_out))
     found = (said, table.notes, table.crs, left_out, table.unit)
     return Looked(file.path, kind, checked.frame, *found)
