@@ -226,7 +226,9 @@ class _Rows:
             "Part the values as the header does, and leave none out; delete the row "
             "if it is a remark"
         )
-        if self.header.is_by_blanks:
+        if self.header.is_by_blanks and n_values > n_columns:
+            remedy = "Write names without blanks, or part the columns by tabs"
+        elif self.header.is_by_blanks:
             remedy = (
                 "Part the values by semicolons, which show an empty one; delete the "
                 "row if it is a remark"
@@ -235,8 +237,6 @@ class _Rows:
             remedy = f"Put a value that holds {self._name} itself into quotes"
             if self.header.separator == ",":
                 remedy = "Write decimal points, not commas, and quote texts with commas"
-            if self.header.has_blanks:
-                remedy = "Write names without blanks, or part the columns by tabs"
         return TableError(
             f"the row has {n_values} values, the header {n_columns}",
             expected=f"{n_columns} values separated by {self._name}",
