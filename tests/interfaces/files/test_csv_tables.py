@@ -76,7 +76,7 @@ def test_left_out_heights_are_missing_and_not_refused(tmp_path):
     ("row", "remedy"),
     [
         ("1/2 P 1 1.5 2.5", "Write names without blanks, or part the columns by tabs"),
-        ("1/2 P1 1.5", "Part the values as the header does"),
+        ("1/2 P1 1.5", "Part the values by semicolons"),
     ],
 )
 def test_rows_of_a_list_that_blanks_part_are_told_so(tmp_path, row, remedy):
