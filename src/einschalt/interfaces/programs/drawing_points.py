@@ -168,8 +168,8 @@ def _height(said, z, doubts, number, source):
     for tag, (value, other_digit) in others:
         if abs(value - height) > 1.01 * max(digit, other_digit):
             raise TableError(
-                f"point {shortened(number or '?')} has the height {height:g} in {first}"
-                f" and {value:g} in {tag}",
+                f"point {shortened(number or '?')} has the height {height:.12g} in "
+                f"{first} and {value:.12g} in {tag}",
                 expected="one height",
                 remedy="Correct one of them, or delete it",
                 file=source,
