@@ -57,6 +57,7 @@ OTHERS = {
     *("mi", "mile", "miles", "nmi"),
     *("rad", "mrad", "mgon", "cgon", "arcsec", "arcmin", "'", "′", "″", "%", "ppm"),
 }
+ALL_UNITS = {*map(str.casefold, SPELLED), *METRES_PER_LENGTH, *DEGREES, *GONS, *OTHERS}
 SQUARE = re.compile(r"(\w+)(2|\^2)")
 
 
@@ -143,11 +144,4 @@ def is_unit(said):
     (True, True, True, False)
     """
     root = square[1] if (square := SQUARE.fullmatch(said)) else said
-    known = {
-        *map(str.casefold, SIGNS.values()),
-        *METRES_PER_LENGTH,
-        *DEGREES,
-        *GONS,
-        *OTHERS,
-    }
-    return root.casefold() in known
+    return root.casefold() in ALL_UNITS

@@ -6,6 +6,7 @@ there on only the codes travel: strings are never sorted or compared again.
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 import pyarrow as pa
@@ -65,6 +66,16 @@ class CodedPairs:
         )
         place = together.codes[len(self) :]
         return np.where(place < len(self), place, -1)
+
+
+def free_numbers(stated):
+    """Numbers from 1 on, as names of points that have none: those that none has.
+
+    >>> from itertools import islice
+    >>> list(islice(free_numbers({"2"}), 2))
+    ['1', '3']
+    """
+    return (number for number in map(str, count(1)) if number not in stated)
 
 
 def encode(names) -> Coded:

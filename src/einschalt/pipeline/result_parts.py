@@ -34,7 +34,7 @@ class CachedTable(cached_property[T]):
         return _for_its_user(super().__get__(result, owner))
 
     def __set__(self, result, value):
-        """Refuse to be set: what sets nothing is passed over once it is computed."""
+        """Refuse to be set; without this, what is cached would be read directly."""
         raise AttributeError(self.attrname)
 
 

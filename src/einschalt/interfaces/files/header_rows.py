@@ -6,17 +6,26 @@ a row of units may follow.
 
 from einschalt.foundations.column_words import PLANE, kind_of
 from einschalt.foundations.decimal_commas import is_measure
-from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, plain_unit
+from einschalt.foundations.header_units import (
+    DEGREES,
+    GONS,
+    METRES_PER_LENGTH,
+    PIXELS,
+    plain_unit,
+)
 from einschalt.interfaces.files.understood_tables import is_whole_header
 
 HEAD_ROWS = 30  # in which the names of the columns must stand
 LENGTHS = {*METRES_PER_LENGTH, "ft", "US ft", PIXELS}
-UNITS = {*LENGTHS, "°", "deg", "gon", "grad"}
+UNITS = {*LENGTHS, *DEGREES, *GONS}
 FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}
 FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
 FEWEST_MARK_CELLS = 4  # of one of image points
-IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2", ".dng", ".bmp")
+IMAGE_SUFFIXES = (
+    *(".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2", ".dng", ".bmp"),
+    ".webp",
+)
 
 
 def place_of_header(rows, schema, said):

@@ -6,7 +6,6 @@ counted from the upper left corner of the image, x to the right and y down.
 
 import re
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 
 import pandas as pd
@@ -20,10 +19,12 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.names import free_numbers
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import code_of
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.header_rows import IMAGE_SUFFIXES
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.marker_files import WGS_84, Markers, markers_of
 
@@ -32,7 +33,6 @@ ODM_SYSTEM = re.compile(r"^(EPSG:\d+|\+proj=.*|WGS\s?84)$", re.IGNORECASE)
 WITH_HEIGHTS = re.compile(r"^(EPSG:\d+)\+\d+$")  # the list has the plane alone
 CHECK_MARK = "CHK-"  # how ODM's users mark check points
 N_COLUMNS = 7
-IMAGE_SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png", ".dng", ".bmp", ".webp"}
 
 
 def is_odm(head):
@@ -134,7 +134,7 @@ def _words(line):
 
 
 def _is_image(name):
-    return Path(name).suffix.casefold() in IMAGE_SUFFIXES
+    return name.casefold().endswith(IMAGE_SUFFIXES)
 
 
 def _is_row(words):
@@ -167,7 +167,7 @@ def _names_of(numbered, source):
     """Name of the point of each row; free numbers where the list has none."""
     places, first_at, names = {}, {}, []
     stated = {words[6] for _, words in numbered if len(words) > 6}
-    numbers = (str(k) for k in count(1) if str(k) not in stated)
+    numbers = free_numbers(stated)
     for row, words in numbered:
         place = tuple(words[:3])
         name = words[6] if len(words) > 6 else None

@@ -1,7 +1,6 @@
 """What was read from a file of another program: plain tables, a system, notes."""
 
 import csv
-import itertools
 import math
 from dataclasses import dataclass, field, replace
 
@@ -15,6 +14,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.names import free_numbers
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import METRE, read_source_crs
 from einschalt.foundations.tables import listed
@@ -171,8 +171,7 @@ def numbered(names):
     >>> numbered(["2", None, "a", None])
     ['2', '1', 'a', '3']
     """
-    stated = set(names)
-    free = (str(k) for k in itertools.count(1) if str(k) not in stated)
+    free = free_numbers(set(names))
     return [name or next(free) for name in names]
 
 

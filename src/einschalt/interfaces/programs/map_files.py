@@ -17,6 +17,9 @@ from einschalt.interfaces.files.geopackage import distinct_names
 GEOMETRY = "geometry"
 MOST_NAME = 10  # characters of a column of a shapefile
 MOST_TEXT = 254  # bytes of a text in it
+ATTRIBUTES = ".dbf"
+PARTS_OF_SHAPEFILE = (".shp", ".shx", ATTRIBUTES)
+HEAD_OF_PART = 32  # bytes that each of them begins with, and more
 SHORT = {
     "standard_error_easting": "se_east",
     "standard_error_northing": "se_north",
@@ -105,10 +108,10 @@ def _require_whole(path):
     GDAL writes what is left when it closes them, and nobody hears that there was no
     room.
     """
-    for suffix, stated_size in STATED_SIZES.items():
+    for suffix in PARTS_OF_SHAPEFILE:
         part = path.with_suffix(suffix)
-        data = part.read_bytes() if part.is_file() else b""
-        if len(data) < HEAD_OF_SHAPEFILE or len(data) < stated_size(data):
+        size = part.stat().st_size if part.is_file() else 0
+        if size < HEAD_OF_PART or size < _stated_size(part):
             raise FileError(
                 "cannot be written: the disk took a part of it only",
                 remedy=NO_ROOM,
@@ -116,22 +119,14 @@ def _require_whole(path):
             )
 
 
-def _size_of_shapes(data):
-    """Bytes that shapes, or their index, are to have: its head counts 16-bit words."""
-    return 2 * int.from_bytes(data[24:28], "big")
-
-
-def _size_of_attributes(data):
-    n_rows, of_head, of_row = struct.unpack("<4xIHH", data[:12])
-    return of_head + n_rows * of_row
-
-
-HEAD_OF_SHAPEFILE = 32  # bytes that each of its parts has, and more
-STATED_SIZES = {
-    ".shp": _size_of_shapes,
-    ".shx": _size_of_shapes,
-    ".dbf": _size_of_attributes,
-}
+def _stated_size(part):
+    """Bytes that a part of a shapefile is to have, by its head."""
+    with part.open("rb") as opened:
+        head = opened.read(HEAD_OF_PART)
+    if part.suffix == ATTRIBUTES:
+        n_rows, of_head, of_row = struct.unpack("<4xIHH", head[:12])
+        return of_head + n_rows * of_row
+    return 2 * int.from_bytes(head[24:28], "big")  # counted in words of 16 bits
 
 
 def short_names(names):
