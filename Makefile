@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test pythons browser screenshots docs docs-links drawings picture truth lint format bench fuzz faults \
+.PHONY: demo test quick pythons browser screenshots docs docs-links drawings picture truth lint format bench fuzz faults \
 	clean clean-cache
 
 demo: .venv/installed
@@ -15,6 +15,10 @@ demo: .venv/installed
 # it anew takes each worker, and each later run, as long as all else before the first test
 test: .venv/compiled
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# before a commit: every test function, in one of its cases
+quick: .venv/compiled
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal --one-case
 
 # the wheel in an empty environment of every Python from 3.11 to 3.14 that is here
 pythons: .venv/installed-test

@@ -11,7 +11,7 @@ from tests.changed_results import changed
 from einschalt.pipeline.assessment.known_points import (
     KnownPoints,
     check_points,
-    confirmed_check_points,
+    check_points_confirmed_by_two,
     control_points,
     far_control,
 )
@@ -103,9 +103,10 @@ def test_a_check_point_that_hangs_on_one_measurement_tests_nothing(outliers, n_l
     )
     adjusted = SimpleNamespace(
         known_check=known(2.0, 3),
+        lone_point=None,
         residuals=residuals,
         settings=SimpleNamespace(outliers=outliers),
     )
-    confirmed = confirmed_check_points(adjusted)
+    confirmed = check_points_confirmed_by_two(adjusted)
     assert confirmed.count == n_left
     assert confirmed.point_ids.tolist() == ["0", "1", "2"][-n_left:]

@@ -129,7 +129,7 @@ FACTS = Part(
             "m",
             (
                 "how far the new point under the other name lies from these given "
-                "coordinates"
+                "coordinates; null if none lies there"
             ),
         ),
         "role": ("", "role of the points whose mean difference is not zero"),

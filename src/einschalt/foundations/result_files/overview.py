@@ -223,8 +223,20 @@ CREDIBLE = Part(
             (
                 "value for the points that no displaced region has moved, and that "
                 "no model with a wrong approximate point holds; null without any of "
-                "these, or if nothing tells which part is displaced"
+                "these, or if nothing tells which part is displaced; beside a new "
+                "point under the name of left_aside the figure with that put right"
             ),
+        ),
+        "left_aside": (
+            "",
+            (
+                "name of the known point that the figure leaves aside: it took no "
+                "part and is far off, as no other known point is; empty without one"
+            ),
+        ),
+        "left_aside_by": (
+            "m",
+            "how far that point is off, TOTAL; null without one",
         ),
     },
     values={

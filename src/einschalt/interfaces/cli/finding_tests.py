@@ -298,7 +298,7 @@ REMEDIES_OF = {
     "orientations_with_large_sigma_0": ("look_for_gross_errors_of_orientation",),
     "corrections_that_spoil": ("turn_sign_of_y_parallax",),
     "models_upside_down": ("turn_sign_of_x_or_y",),
-    "lone_wrong_check_point": ("check_lone_point",),
+    "lone_wrong_check_point": ("check_lone_point", "correct_check_name"),
     "control_against_block": ("check_control_or_snoop",),
     "control_set_aside": ("check_control", "check_all_control"),
     "control_that_contradicts": ("check_worst_control",),

@@ -132,7 +132,8 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
         return (known or [TWO_STEP])[0], reason
     # in blocks of one flight two steps test no control point by the others
     is_blind = two_step.left_out_control is None and simultaneous.knows_wrong_control
-    if is_blind:
+    # where control takes no part, two steps are compared with it
+    if is_blind and not two_step.credible.left_aside:
         return SIMULTANEOUS, ChoiceReason.WRONG_CONTROL
     fuller = _way_of_more_points(both)
     if fuller and value[fuller] <= WORSE * min(value.values()):

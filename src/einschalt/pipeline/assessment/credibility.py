@@ -92,6 +92,10 @@ class CredibleFigure:
     doubt: Doubt = Doubt.NONE  # of the whole frame, which no figure can hold
     # that of the points that nothing displaced has moved; NaN where none is known
     elsewhere: float = np.nan
+    # name of a known point that took no part and is far off, as no other is, and its
+    # difference [m]: the figure leaves it aside; empty and NaN without one
+    left_aside: str = ""
+    left_aside_by: float = np.nan
 
 
 def figure_of_two_steps(examined) -> CredibleFigure:
@@ -104,6 +108,11 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
+    return _beside_lone_point(examined, _without_wrong_points(examined))
+
+
+def _without_wrong_points(examined):
+    """The figure of two steps whose given points and names are right."""
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
     total, paper = figures.mean_within, figures.mean_paper
@@ -180,6 +189,23 @@ def _beside_wrong_names(examined):
         reason=Reason.EXCHANGED_CONTROL if is_control else Reason.EXCHANGED_NAMES,
         elsewhere=np.nan,
     )
+
+
+def _beside_lone_point(examined, rest):
+    """The figure, which leaves a lone point aside, with what that does to new points.
+
+    Where a new point lies where the lone one is given, either may stand under the name
+    of the other, and the new one is as far off: a lower bound.
+    """
+    lone = examined.lone_point
+    if lone is None:
+        return rest
+    rest = replace(rest, left_aside=lone.point_id, left_aside_by=lone.miss)
+    if not lone.found_there:
+        return rest
+    value = np.hypot(rest.value, lone.miss / np.sqrt(examined.figures.n_new))
+    bound = {"is_lower_bound": True, "reason": Reason.EXCHANGED_NAMES}
+    return replace(rest, value=float(value), elsewhere=rest.value, **bound)
 
 
 def _where_contradicted(examined):
@@ -308,6 +334,11 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
+    return _beside_lone_point(examined, _of_adjustment(examined))
+
+
+def _of_adjustment(examined):
+    """The figure of one adjustment whose given points and names are right."""
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     ratios = _ratios_beyond(examined)
     is_refuted = (
@@ -383,10 +414,14 @@ def claimed_column(examined) -> str:
     The budget is one of plain means: those of least variance may well be better, where
     nothing contradicts them.
     """
-    figures = examined.figures
-    is_larger = figures.mean_total >= figures.mean_paper
     is_better = examined.means.is_rigorous and has_credible_propagation(examined)
-    return TOTAL if is_larger or is_better else PAPER
+    return TOTAL if is_better else larger_column(examined)
+
+
+def larger_column(examined) -> str:
+    """Column of the larger figure of two steps, whatever the measurements say of it."""
+    figures = examined.figures
+    return TOTAL if figures.mean_total >= figures.mean_paper else PAPER
 
 
 def has_credible_propagation(examined) -> bool:

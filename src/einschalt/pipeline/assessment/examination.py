@@ -85,9 +85,12 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
 )
 from einschalt.pipeline.assessment.known_points import (
     check_points,
+    check_points_confirmed_by_two,
     confirmed_check_points,
+    confirmed_control_points,
     contradicting_points,
     control_points,
+    find_lone_point,
 )
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
@@ -99,6 +102,7 @@ from einschalt.pipeline.densification.result_tables import of_transformed_flight
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution, WithoutTwoSteps
 from einschalt.stages.error_propagation.error_model import (
+    LOW,
     errors_are_stated,
     model_of_block,
 )
@@ -147,20 +151,24 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
+    lone_point = cached_property(find_lone_point)
     displaced = cached_property(displacement_of)
 
     @cached_property
     def suspects(self):
         """Names of points that more than the solution itself contradicts: a set.
 
-        Check points by themselves, control points that were left out, and points that
-        were measured under each other's name.
+        Check points by themselves, with the new point that lies where one is given,
+        control points that were left out, and points that were measured under each
+        other's name.
         """
         left_out = self.control_left_out
         exchanged = (exchange.points for exchange in self.exchanged_names)
         patterns = (self.control_patterns.plan, self.control_patterns.height)
         alone = (p.point_ids for p in patterns if p and p.kind is Kind.POINT)
+        there = {self.lone_point.found_there} if self.lone_point else set()
         return set(contradicting_points(self)).union(
+            there - {""},
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
             *(*exchanged, *alone),
         )
@@ -194,8 +202,8 @@ class TwoStepExamination(Examination):
     credible = cached_property(figure_of_two_steps)
     checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
-    unexplained_control = property(attrgetter("known_control"))
-    confirmed_check = property(attrgetter("known_check"))
+    unexplained_control = cached_property(confirmed_control_points)
+    confirmed_check = cached_property(confirmed_check_points)
     # five control points of a high-flight model cannot spare one
     snooped_flights = ("low_flight",)
     deformation = None
@@ -220,6 +228,13 @@ class TwoStepExamination(Examination):
     def oriented_high_points(self):
         """Model points of the high flight as they were transformed, or None."""
         return self.model_points.get("high_flight")
+
+    oriented_on_control = oriented_high_points
+
+    @property
+    def control_takes_part(self):
+        """Whether control has any part in the points."""
+        return self.high is not None or self.iteration is not None
 
     @cached_property
     def error_model(self):
@@ -375,7 +390,8 @@ class SimultaneousExamination(SuspectControl, Examination):
     deformation = cached_property(deformation_facts)
     credible = cached_property(figure_of_adjustment)
     checked = cached_property(checked_figure_of_adjustment)
-    confirmed_check = cached_property(confirmed_check_points)
+    confirmed_check = cached_property(check_points_confirmed_by_two)
+    control_takes_part = True
 
     def _require_errors(self):
         raise SettingsError(
@@ -404,6 +420,15 @@ class SimultaneousExamination(SuspectControl, Examination):
         return examine(self.solution.all_in_two_steps)
 
     oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
+
+    @property
+    def oriented_on_control(self):
+        """Points of the models that control holds directly, or None."""
+        two_step = self.two_step
+        if not two_step.is_possible:
+            return None
+        high = two_step.oriented_high_points
+        return two_step.model_points[LOW] if high is None else high
 
     @cached_property
     def height_claim(self):

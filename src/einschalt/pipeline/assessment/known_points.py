@@ -7,7 +7,11 @@ import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
+from einschalt.pipeline.assessment.credibility import (
+    MIN_REPORTED_RATIO,
+    TOTAL,
+    larger_column,
+)
 from einschalt.pipeline.assessment.evidence.control.signatures import PLAN
 from einschalt.pipeline.assessment.evidence.known_differences import (
     Densified,
@@ -30,6 +34,9 @@ from einschalt.theory.block_adjustment.gross_errors import NORMS
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
+# how near a new point lies to where another one is given, if it is that one: by what is
+# claimed, and by how far the other one is off
+WITHIN_CLAIM, MOST_OF_MISS = 10.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +106,19 @@ class KnownPoints:
         return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
 
 
+@dataclass(frozen=True, eq=False)
+class LonePoint:
+    """A known point that took no part and is far off, as none of the others is."""
+
+    point_id: str
+    miss: float  # its difference, TOTAL [m]
+    others: KnownPoints  # of its role, which agree with the claim
+    # name of the new point that lies where this one is given, and how far from it [m]:
+    # either stands under the name of the other; empty and NaN without
+    found_there: str
+    away: float
+
+
 def total_rms(differences):
     """Root mean square of differences (n, 2), TOTAL [m]; NaN where none is known."""
     squares = np.sum(differences**2, axis=1)
@@ -109,18 +129,34 @@ def total_rms(differences):
 def check_points(examined) -> KnownPoints:
     """Check points, which entered no fit."""
     points = examined.points
-    return _compared(examined, points[points["role"] == "check"])
+    column = examined.claimed_column
+    return _compared(examined, points[points["role"] == "check"], column)
 
 
-def confirmed_check_points(adjusted) -> KnownPoints:
+def confirmed_check_points(examined) -> KnownPoints:
+    """Check points that tell what a solution is worth: all but a lone one."""
+    return _without_lone_point(examined.known_check, examined)
+
+
+def confirmed_control_points(two_step) -> KnownPoints:
+    """Control points that tell what two steps are worth: all but a lone one."""
+    return _without_lone_point(two_step.known_control, two_step)
+
+
+def _without_lone_point(known, examined):
+    lone = examined.lone_point
+    return known if lone is None else known.without([lone.point_id])
+
+
+def check_points_confirmed_by_two(adjusted) -> KnownPoints:
     """Check points that tell what an adjustment is worth.
 
-    Not those of which a robust norm has left one measurement with its weight, or none:
-    nothing confirms that. They tell how far such points are off, which are suspects and
-    are counted by their own values; where they are taken out, the standard error of the
-    point tells it.
+    Not a lone one, nor those of which a robust norm has left one measurement with its
+    weight, or none: nothing confirms that. They tell how far such points are off, which
+    are suspects and are counted by their own values; where they are taken out, the
+    standard error of the point tells it.
     """
-    known = adjusted.known_check
+    known = confirmed_check_points(adjusted)
     if adjusted.settings.outliers not in NORMS:
         return known
     is_alone = is_among(known.point_ids, unconfirmed_points(adjusted.residuals))
@@ -137,13 +173,13 @@ def unconfirmed_points(residuals) -> np.ndarray:
 
 def control_points(examined) -> KnownPoints:
     """Control points that the result holds."""
-    return _compared(examined, examined.held_control)
+    return _compared(examined, examined.held_control, examined.claimed_column)
 
 
-def _compared(examined, rows):
+def _compared(examined, rows, column):
     differences = values_of(rows, DIFFERENCES)
     names = rows["point_id"].to_numpy(dtype=object)
-    claimed = _claimed(examined, rows)
+    claimed = _claimed(examined, rows, column)
     shared = shared_differences(examined, names) if claimed > 0.0 else None
     if shared is None:
         degrees = _degrees(examined, names, claimed)
@@ -158,21 +194,21 @@ def contradicting_points(examined) -> np.ndarray:
     Normal errors of the covariances that are claimed for the points, and of those of
     the given coordinates: χ² with 2 degrees of freedom, Holm over all check points.
     """
-    known = examined.known_check
     points = examined.points
     rows = points[points["role"] == "check"]
-    if not known.count or not set(ERRORS) <= set(rows):
-        return known.point_ids[:0]
+    names = rows["point_id"].to_numpy(dtype=object)
+    if rows.empty or not set(ERRORS) <= set(rows):
+        return names[:0]
     east, north, both = values_of(rows, ERRORS).T
     given = given_errors(examined, rows["point_id"]) ** 2 / 2.0
     shared = examined.figures.shared_error**2 / 2.0
     east, north = (v**2 + given - shared for v in (east, north))
-    d_east, d_north = known.differences.T
+    d_east, d_north = values_of(rows, DIFFERENCES).T
     determinant = east * north - both**2
     squares = north * d_east**2 - 2.0 * both * d_east * d_north + east * d_north**2
     p_value = np.exp(-squares / determinant / 2.0)
     family = np.array([0, len(p_value)])
-    return known.point_ids[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
+    return names[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
 
 
 def few_contradicting_points(examined) -> np.ndarray:
@@ -189,13 +225,17 @@ def far_control(examined) -> np.ndarray:
     Each by itself: normal errors of the root mean square that is claimed for all, Holm
     over all control points.
     """
-    known = examined.known_control
+    return _few(examined.known_control, _far_points(examined.known_control))
+
+
+def _far_points(known):
+    """Names of known points that contradict the figure claimed for all of them."""
     if not known.are_beyond:
         return known.point_ids[:0]
     p_value = np.exp(-np.sum(known.differences**2, axis=1) / known.claimed**2)
     family = np.array([0, known.count])
     is_far = is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)
-    return _few(known, known.point_ids[is_far])
+    return known.point_ids[is_far]
 
 
 def _few(known, names):
@@ -216,33 +256,76 @@ def picked(known, is_picked):
     )
 
 
-def lone_contradiction(examined) -> KnownPoints | None:
-    """The other check points, where a single one makes their differences too large.
+def find_lone_point(examined) -> LonePoint | None:
+    """The single known point that took no part and makes the differences too large.
 
-    None unless one point alone contradicts the claim, the others do not, and they are
-    so much nearer that chance would not make them so if all points were as far off as
-    the root mean square with it; nor where control that may be wrong moves the block
-    there. It may be wrong there all the same: no figure gets smaller by this.
+    None unless it alone contradicts the claim by itself, the others do not, and they
+    are so much nearer that chance would not make them so if all points were as far off
+    as the root mean square with it; nor where control that may be wrong moves the block
+    there. What it is measured against, or its own measurements, are wrong then, which
+    is no matter of the other points, unless one of these lies where it is given.
     """
-    known, names = examined.known_check, contradicting_points(examined)
-    if not known.are_beyond or len(names) != 1 or _is_near_doubt(examined, names[0]):
+    # the claim is tested without it: it is found by what no test has judged
+    column, points = larger_column(examined), examined.points
+    check = _compared(examined, points[points["role"] == "check"], column)
+    known = [(check, _far_check_points(examined, check))]
+    if not examined.control_takes_part:
+        control = _compared(examined, examined.held_control, column)
+        known.append((control, _far_points(control)))
+    if sum(len(names) for _, names in known) != 1:
         return None
-    others = picked(known, known.point_ids != names[0])
-    beside = replace(others, claimed=known.rms)
-    return others if beside.are_too_small and not others.are_beyond else None
+    ((of_role, (name,)),) = (each for each in known if len(each[1]))
+    others = picked(of_role, of_role.point_ids != name)
+    rest = [others, *(each for each, names in known if not len(names))]
+    beside = replace(others, claimed=of_role.rms)
+    if not beside.are_too_small or any(each.are_beyond for each in rest):
+        return None
+    if _is_near_doubt(examined, name):
+        return None
+    miss = float(np.hypot(*of_role.differences[of_role.point_ids == name][0]))
+    return LonePoint(name, miss, others, *_found_there(examined, name, miss))
+
+
+def _far_check_points(examined, known):
+    """Names of check points that contradict the claim each by itself, if all do."""
+    if not known.are_beyond:
+        return known.point_ids[:0]
+    has_errors = set(ERRORS) <= set(examined.points)
+    return contradicting_points(examined) if has_errors else _far_points(known)
+
+
+def _found_there(examined, name, miss):
+    """Name of the new point where a known one is given, and its distance from there."""
+    points = examined.points
+    new = points[points["role"] == "new"]
+    given = examined.block.control_points.set_index("point_id")
+    place = given.loc[name, ["easting", "northing"]].to_numpy(dtype=float)
+    away = np.hypot(*(values_of(new, ["easting", "northing"]) - place).T)
+    claimed = np.fmax(*(examined.figures.mean_total, examined.figures.mean_paper))
+    within = min(WITHIN_CLAIM * float(np.nan_to_num(claimed)), MOST_OF_MISS * miss)
+    if not np.any(away <= within):
+        return "", np.nan
+    nearest = int(np.nanargmin(away))
+    return new["point_id"].iloc[nearest], float(away[nearest])
 
 
 def _is_near_doubt(examined, name):
-    """Whether a point shares a high model with control that others do not confirm."""
-    high = examined.oriented_high_points
-    if high is None:
-        return False
-    model = pd.MultiIndex.from_frame(high[["coverage", "model_id"]])
-    is_there = model.isin(model[high["point_id"] == name])
+    """Whether a point shares a model with control that others do not confirm.
+
+    A model that is fitted onto control: of the high flight, or in one adjustment of the
+    low flight alone any.
+    """
     control = examined.block.control_points
     control = control.loc[control["role"] != "check", "point_id"]
     doubtful = set(control) - set(examined.left_out_differences.index)
-    return not doubtful.isdisjoint(high.loc[is_there, "point_id"])
+    if not (doubtful and examined.control_takes_part):
+        return False
+    models = examined.oriented_on_control
+    if models is None:
+        return True
+    model = pd.MultiIndex.from_frame(models[["coverage", "model_id"]])
+    is_there = model.isin(model[models["point_id"] == name])
+    return not doubtful.isdisjoint(models.loc[is_there, "point_id"])
 
 
 def _degrees(examined, point_ids, claimed):
@@ -275,10 +358,10 @@ def given_errors(examined, point_ids):
     return np.hypot(own, examined.group_error * is_in_group.reindex(point_ids))
 
 
-def _claimed(examined, rows):
+def _claimed(examined, rows, column):
     """Total figure claimed for densified - given: both have an error."""
-    variance = rows[examined.claimed_column].to_numpy(dtype=float) ** 2
-    if examined.claimed_column == TOTAL:
+    variance = rows[column].to_numpy(dtype=float) ** 2
+    if column == TOTAL:
         # given and densified share it, so that their difference is without
         variance = np.maximum(variance - examined.figures.shared_error**2, 0.0)
     variance = variance + given_errors(examined, rows["point_id"]) ** 2

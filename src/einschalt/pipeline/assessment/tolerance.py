@@ -103,7 +103,9 @@ def _is_block_suspect(examined):
         examined = examined.corrected
     found, figures = examined.credible, examined.figures
     claimed = np.fmin(figures.mean_total, figures.mean_paper)
-    return bool(found.is_lower_bound and found.value > GROSS * claimed)
+    # what a new point under the name of a known one does is known of that point
+    value = found.elsewhere if found.left_aside else found.value
+    return bool(found.is_lower_bound and value > GROSS * claimed)
 
 
 def judged_points(examined):
@@ -125,7 +127,10 @@ def judged_points(examined):
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
-    checked = np.hypot(used.factor * figure, examined.moved_by_region)
+    off = examined.moved_by_region
+    if (lone := examined.lone_point) is not None:
+        off = np.where(points["point_id"] == lone.found_there, lone.miss, off)
+    checked = np.hypot(used.factor * figure, off)
     is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
     is_suspect |= _is_block_suspect(examined)
     is_suspect |= examined.is_displaced

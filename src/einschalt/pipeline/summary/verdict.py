@@ -99,6 +99,7 @@ BESIDE_ANY_FIGURE = ("exchanged_control",)
 # what a computation without it has shown to move the points
 MAKES_THE_BOUND = ("broken_network", "displaced_region", "wrong_approximate_points")
 STRAINED = "strained_network"
+LONE = "lone_wrong_check_point"
 CONTROL_IN_SEVERAL = mark("check the control points of {n} displaced regions first")
 CONTROL_IN_PARTS = mark("compare both parts of the control network first")
 ELSEWHERE = mark("{figure} outside displaced regions")
@@ -106,6 +107,9 @@ ELSEWHERE_OF_BOTH = mark(
     "{figure} outside displaced regions and models with wrong approximate points"
 )
 ELSEWHERE_OF_POINTS = mark("{figure} outside models with wrong approximate points")
+# with what a new point has of standing under the name of a known one, and without
+ELSEWHERE_OF_NAMES = mark("{figure} with its name put right")
+LEFT_ASIDE = mark("without point {name}, which is {length} off: check it first")
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
 # what stands behind the number of points
@@ -141,6 +145,7 @@ def verdict_on(assessment) -> str:
     precision, credible = assessment.precision, assessment.credible
     parts = [
         _new_points(precision, credible, assessment.known_points.differences),
+        _left_aside(credible),
         _elsewhere(credible, assessment.findings),
         _spread(assessment),
         _better(assessment.better),
@@ -169,12 +174,22 @@ def _n_known(known):
     return sum(n for quantity, n, _ in known if quantity != LEFT_OUT)
 
 
+def _left_aside(credible):
+    """Which known point the figure leaves aside, if there is one."""
+    if not credible.left_aside:
+        return ""
+    off = length(credible.left_aside_by)
+    return translated(LEFT_ASIDE, name=printable(credible.left_aside), length=off)
+
+
 def _elsewhere(credible, findings):
     """The figure of the points that nothing displaced has moved, if there is one."""
     if not math.isfinite(credible.elsewhere):
         return ""
     codes = {found.code for found in findings}
     words = ELSEWHERE
+    if credible.reason is Reason.EXCHANGED_NAMES:
+        words = ELSEWHERE_OF_NAMES
     if "wrong_approximate_points" in codes:
         has_regions = "displaced_region" in codes
         words = ELSEWHERE_OF_BOTH if has_regions else ELSEWHERE_OF_POINTS
@@ -222,7 +237,10 @@ def _first(assessment):
     beside = next((f.code for f in findings if f.code in BESIDE_ANY_FIGURE), "")
     if beside or not assessment.credible.is_lower_bound:
         return beside
-    return next(iter(assessment.causes), None) or _alone(findings)
+    # the point that was left aside is named already
+    told = {LONE} if assessment.credible.left_aside else ()
+    causes = (code for code in assessment.causes if code not in told)
+    return next(causes, None) or _alone(findings)
 
 
 def _alone(findings):

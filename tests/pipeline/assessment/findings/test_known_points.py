@@ -44,7 +44,7 @@ def with_moved_check_points(result, *rows, by=1.0):
     return changed(result, points=points), list(points.loc[check[list(rows)], PLACE])
 
 
-def test_a_lone_wrong_check_point_is_named_and_makes_no_figure_smaller(good_result):
+def test_a_lone_wrong_check_point_is_named(good_result):
     moved, names = with_moved_check_points(good_result, 2)
     examined = moved.examination
     found = judges.lone_wrong_check_point(examined)

@@ -315,10 +315,7 @@ class _ClaimTests:
 
     def _roles(self):
         """Roles of known points that took no part in the result."""
-        took_part = (
-            self.examined.high is not None or self.examined.iteration is not None
-        )
-        return ("check",) if took_part else KNOWN
+        return ("check",) if self.examined.control_takes_part else KNOWN
 
     def _known_points(self, role):
         """Densified minus given coordinates, which have errors of their own."""
@@ -331,7 +328,10 @@ class _ClaimTests:
         if unknown and not np.any(self.model.standard_errors.get(unknown, 0.0)):
             return None
         observed, roles = _known(examined)
-        rows = np.flatnonzero((roles == role) & np.isfinite(observed).all(axis=1))
+        is_known = (roles == role) & np.isfinite(observed).all(axis=1)
+        if (lone := examined.lone_point) is not None:
+            is_known &= (examined.means.points["point_id"] != lone.point_id).to_numpy()
+        rows = np.flatnonzero(is_known)
         picked = (selection(rows, len(observed), model.axes) @ model.final).formed()
         of_points = model.axes.plan(picked.apply(self.drawn.low))
         names = examined.means.points["point_id"].to_numpy(dtype=object)[rows]

@@ -6,14 +6,15 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.patterns import wrong_control
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 from einschalt.pipeline.assessment.known_points import (
-    contradicting_points,
+    MOST_OF_MISS,
+    WITHIN_CLAIM,
     far_control,
     few_contradicting_points,
-    lone_contradiction,
     picked,
 )
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -24,7 +25,7 @@ LEAST_SHARE_OF_SHIFT = 0.5
 PLAN, GIVEN = ["easting", "northing"], ["given_easting", "given_northing"]
 # as near a new point is where it is the control point: by what is claimed, and by the
 # distance that the control point itself is off, which moves its neighbours
-WITHIN_CLAIM, WITHIN_MISS, MOST_OF_MISS = 10.0, 0.02, 0.1
+WITHIN_MISS = 0.02
 
 
 def check_points_beyond_claim(examined):
@@ -51,25 +52,24 @@ def check_points_beyond_claim(examined):
 
 def lone_wrong_check_point(examined):
     """A single check point that makes the differences of all of them too large."""
-    others = lone_contradiction(examined)
-    if others is None:
+    lone, known = examined.lone_point, examined.known_check
+    if lone is None or not is_among(known.point_ids, [lone.point_id]).any():
         return None
-    known, (name,) = examined.known_check, contradicting_points(examined)
-    miss = float(np.hypot(*known.differences[known.point_ids == name][0]))
     return finding(
         "lone_wrong_check_point",
-        names=(name,),
+        names=(lone.point_id, *filter(None, [lone.found_there])),
         statistic="difference at a check point",
-        observed=miss,
+        observed=lone.miss,
         expected=known.claimed,
-        remedy="check_lone_point",
+        remedy="correct_check_name" if lone.found_there else "check_lone_point",
         facts={
-            "largest": miss,
+            "largest": lone.miss,
             "n_points": known.count,
             "rms": known.rms,
-            "n_others": others.count,
-            "rms_of_others": others.rms,
+            "n_others": lone.others.count,
+            "rms_of_others": lone.others.rms,
             "claimed": known.claimed,
+            "away": lone.away,  # of the new point that lies where it is given
         },
     )
 

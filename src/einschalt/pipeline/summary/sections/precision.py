@@ -126,6 +126,10 @@ BELIEVE_NAMES = mark(
     "Use the figure of the first line for all points together: it includes what wrong "
     "names do to them."
 )
+LEFT_ASIDE = mark(
+    "The figure leaves point {name} aside, which took no part and is {length} off, as "
+    "no other known point is: until it is checked, points near it may be as wrong."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
@@ -239,10 +243,17 @@ def all_remarks(facts, credible, heights=None, *, is_untried=False) -> tuple[str
 
 
 def _belief(facts, credible):
-    """Which of the figures to believe, and why they differ, where there is a choice."""
+    """Which of the figures to believe, and why they differ, where there is a choice.
+
+    And which known point was left aside.
+    """
+    told = ()
     if isinstance(facts, TwoStepPrecision):
-        return (what_to_believe(credible),)
-    return ()
+        told = (what_to_believe(credible),)
+    if credible.left_aside:
+        name, off = names([credible.left_aside]), length(credible.left_aside_by)
+        told += (translated(LEFT_ASIDE, name=name, length=off),)
+    return told
 
 
 def what_to_believe(credible) -> str:

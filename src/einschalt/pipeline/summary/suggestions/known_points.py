@@ -20,6 +20,11 @@ REMEDIES = mark_each(
             "Check its coordinates, its name and its measurements first; until then "
             "the block may be as wrong there"
         ),
+        "correct_check_name": (
+            "Their names are exchanged in all measurements, or the list gives the "
+            "coordinates of the other one: correct it and compute again; until then "
+            "the new point may be as wrong"
+        ),
         "give_smaller_errors": (
             "The stated precision is too cautious: m_g_um or the stated standard "
             "errors are too large"
@@ -66,6 +71,12 @@ LONE = mark(
     "Check point {point} differs by {largest:length}: without it the differences at "
     "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
     "{rms:length}, expected {claimed:length}"
+)
+LONE_UNDER_ANOTHER_NAME = mark(
+    "Check point {point} differs by {largest:length}, and new point {other} lies where "
+    "it is given, {away:length} away: without it the differences at {n_others:count "
+    "check point} are {rms_of_others:length} (total, RMS), with it {rms:length}, "
+    "expected {claimed:length}"
 )
 EXCHANGED = mark(
     "Points {one} and {other} of the control list lie where the other one is given, "
@@ -183,8 +194,11 @@ def _places(finding):
 
 
 def lone_wrong_check_point(finding):
-    """Which check point it is, and what the others say."""
-    return filled(LONE, finding, point=names(finding.names))
+    """Which check point it is, what lies where it is given, and what the others say."""
+    if len(finding.names) == 1:
+        return filled(LONE, finding, point=names(finding.names))
+    point, other = all_shortened(finding.names)
+    return filled(LONE_UNDER_ANOTHER_NAME, finding, point=point, other=other)
 
 
 def control_points_beyond_claim(finding):

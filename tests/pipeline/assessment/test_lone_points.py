@@ -1,0 +1,159 @@
+"""A single known point that took no part and is far off: left aside, and named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+
+PLAN = ["easting", "northing"]
+WAYS = ("two_step", "simultaneous")
+APPROXIMATE_ERROR = 0.07  # metres, per coordinate
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return simulate_block("demo", seed=5)
+
+
+@pytest.fixture(scope="module")
+def onto_given_points(simulated):
+    """The low flight alone, onto approximate coordinates: control takes no part."""
+    rng, truth = np.random.default_rng(3), simulated.truth
+    given = truth[["point_id", *PLAN]].copy()
+    given[PLAN] += rng.normal(0.0, APPROXIMATE_ERROR, (len(given), 2))
+    return replace(
+        simulated,
+        high_flight=None,
+        approximate_points=given,
+        approximate_m_0_m=np.sqrt(2.0) * APPROXIMATE_ERROR,
+    )
+
+
+def with_wrong(block, role, by, row=3):
+    """The block with one known point given wrong, and its name."""
+    control = block.control_points.copy()
+    index = control.index[control["role"] == role][row]
+    control.loc[index, "easting"] += by
+    return replace(block, control_points=control), control.loc[index, "point_id"]
+
+
+def computed(block, **settings):
+    return densify(block, block.settings.updated(settings))
+
+
+def true_error(result, truth):
+    """Of the new points, TOTAL, RMS [m]."""
+    points = result.points
+    new = points[points["role"] == "new"].set_index("point_id")[PLAN]
+    off = new - truth.set_index("point_id")[PLAN].reindex(new.index)
+    return float(np.sqrt((off**2).sum(axis=1).mean()))
+
+
+@pytest.mark.parametrize("method", WAYS)
+@pytest.mark.parametrize("by", [3.0, 300.0])
+def test_a_wrong_check_point_leaves_the_figure_of_the_others(simulated, method, by):
+    block, name = with_wrong(simulated, "check", by)
+    right = computed(simulated, method=method, tolerance=0.2)
+    wrong = computed(block, method=method, tolerance=0.2)
+    credible = wrong.assessment.credible
+    assert credible.left_aside == name
+    assert credible.left_aside_by == pytest.approx(by, abs=0.2)
+    assert credible.value == pytest.approx(right.assessment.credible.value, rel=1e-9)
+    assert not credible.is_lower_bound
+    assert wrong.assessment.claim_is_supported is False  # until it is checked
+    # and it alone passes no tolerance
+    is_it = wrong.points["point_id"] == name
+    assert not wrong.points.loc[is_it, "is_within_tolerance"].any()
+    columns = ["is_suspect", "is_within_tolerance", "standard_error_checked"]
+    others = wrong.points.loc[~is_it, columns]
+    assert others.equals(right.points.loc[~is_it, columns])
+    assert f"without point {name}, which is {by:.0f}" in wrong.summary()
+
+
+@pytest.mark.parametrize("method", WAYS)
+def test_two_wrong_check_points_of_six_are_not_left_aside(simulated, method):
+    block, _ = with_wrong(simulated, "check", 3.0)
+    block, _ = with_wrong(block, "check", 2.0, row=4)
+    credible = computed(block, method=method).assessment.credible
+    assert not credible.left_aside
+    assert credible.is_lower_bound
+    assert credible.value > 1.0
+
+
+@pytest.mark.parametrize("method", WAYS)
+def test_a_check_point_and_a_new_one_under_each_others_name(simulated, method):
+    """In all measurements: no residual shows it, and the new point is as far off."""
+    control, truth = simulated.control_points, simulated.truth
+    name = control.loc[control["role"] == "check", "point_id"].iloc[2]
+    places = truth.set_index("point_id")[PLAN]
+    measured = [set(f.model_points["point_id"]) for f in simulated.flights.values()]
+    new = sorted(set.intersection(*measured) - set(control["point_id"]))
+    apart = np.hypot(*(places.loc[new] - places.loc[name]).to_numpy().T)
+    other = new[int(np.argmin(apart))]
+    names = {name: other, other: name}
+
+    def exchanged(flight):
+        points = flight.model_points
+        points = points.assign(point_id=points["point_id"].replace(names))
+        return replace(flight, model_points=points)
+
+    block = replace(
+        simulated,
+        high_flight=exchanged(simulated.high_flight),
+        low_flight=exchanged(simulated.low_flight),
+    )
+    right, wrong = (computed(each, method=method) for each in (simulated, block))
+    credible = wrong.assessment.credible
+    assert credible.reason is Reason.EXCHANGED_NAMES
+    assert credible.value == pytest.approx(true_error(wrong, truth), rel=0.02)
+    assert credible.is_lower_bound
+    clean = right.assessment.credible.value
+    assert credible.elsewhere == pytest.approx(clean, rel=0.05)
+    found = wrong.assessment.findings[0]
+    assert found.code == "lone_wrong_check_point"
+    assert list(found.names) == [name, other]
+    assert found.remedy == "correct_check_name"
+    assert found.facts["away"] < 0.3
+    shown = wrong.points.set_index("point_id")["is_suspect"]
+    assert shown[[name, other]].all()
+    assert shown.mean() < 0.1  # and not the whole block
+    checked = wrong.points.set_index("point_id")["standard_error_checked"]
+    assert checked[other] == pytest.approx(apart.min(), rel=0.01)
+    assert checked.drop(other).max() < 1.0
+    assert "with its name put right" in wrong.summary()
+
+
+@pytest.mark.parametrize("role", ["check", "control"])
+@pytest.mark.parametrize("by", [3.0, 300.0])
+def test_onto_given_points_a_wrong_control_point_is_left_aside(
+    onto_given_points, role, by
+):
+    block, name = with_wrong(onto_given_points, role, by)
+    right, wrong = (computed(each) for each in (onto_given_points, block))
+    credible = wrong.assessment.credible
+    assert credible.left_aside == name
+    assert credible.value == pytest.approx(right.assessment.credible.value, rel=1e-9)
+    error = true_error(wrong, onto_given_points.truth)
+    assert 0.8 < credible.value / error < 1.25
+    told = wrong.assessment.findings[0]
+    assert told.names[0] == name
+
+
+def test_of_both_ways_the_one_is_taken_that_wrong_control_does_not_move(
+    onto_given_points,
+):
+    block, name = with_wrong(onto_given_points, "control", 300.0)
+    result = computed(block, method="auto")
+    assert result.choice.method == "two_step"
+    assert result.assessment.credible.left_aside == name
+    assert true_error(result, onto_given_points.truth) < 0.1
+
+
+def test_wrong_control_that_takes_part_is_never_left_aside(simulated):
+    block, _ = with_wrong(simulated, "control", 3.0)
+    for method in WAYS:
+        assert not computed(block, method=method).assessment.credible.left_aside
