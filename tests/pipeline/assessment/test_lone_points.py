@@ -157,3 +157,22 @@ def test_wrong_control_that_takes_part_is_never_left_aside(simulated):
     block, _ = with_wrong(simulated, "control", 3.0)
     for method in WAYS:
         assert not computed(block, method=method).assessment.credible.left_aside
+
+
+@pytest.mark.parametrize("method", WAYS)
+def test_a_suspect_check_point_is_told_also_if_all_together_agree(simulated, method):
+    """A point that passes no tolerance is never one of which nothing is said."""
+    block, name = with_wrong(simulated, "check", 0.15, row=2)
+    while True:
+        result = computed(block, method=method)
+        if result.points.set_index("point_id").loc[name, "is_suspect"]:
+            break
+        block, _ = with_wrong(block, "check", 0.02, row=2)
+    found = result.assessment.findings[0]
+    assert found.code == "suspect_check_points"
+    assert found.names == (name,)
+    known = result.examination.known_check
+    miss = np.hypot(*known.differences[known.point_ids == name][0])
+    assert found.facts["largest"] == pytest.approx(miss)
+    assert not known.are_beyond
+    assert f"Check point {name} differs by" in result.summary()

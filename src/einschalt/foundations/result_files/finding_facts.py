@@ -132,7 +132,13 @@ FACTS = Part(
                 "coordinates; null if none lies there"
             ),
         ),
-        "role": ("", "role of the points whose mean difference is not zero"),
+        "role": (
+            "",
+            (
+                "role of the points whose mean difference is not zero, or of the one "
+                "whose height is far off"
+            ),
+        ),
         "easting": (
             "m",
             "component to the east of the shift, step or mean difference",

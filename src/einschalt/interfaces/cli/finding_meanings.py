@@ -76,6 +76,10 @@ MEANINGS = mark_each(
         "lone_wrong_check_point": (
             "A single check point that makes the differences of all of them too large."
         ),
+        "suspect_check_points": (
+            "Check points that contradict the claim each by itself, though all of "
+            "them together do not."
+        ),
         "control_against_block": (
             "Control points that the simultaneous adjustment of all models contradicts."
         ),
@@ -131,6 +135,10 @@ MEANINGS = mark_each(
         ),
         "wrong_control_height": (
             "The height of one control point that the others contradict."
+        ),
+        "lone_wrong_height": (
+            "The height of a single known point that took no part and is far off, as "
+            "no other is."
         ),
         "heights_beyond_claim": (
             "Heights of known points that are missed by more than the claim predicts."
@@ -305,6 +313,10 @@ CAUSES = mark_each(
             "Its coordinates, its name or its measurements are wrong; less often the "
             "block is wrong there."
         ),
+        "suspect_check_points": (
+            "Their coordinates, names or measurements are wrong; less often the block "
+            "is wrong there."
+        ),
         "control_against_block": (
             "The coordinates or the name of the control point are wrong, or another "
             "point was measured."
@@ -372,6 +384,10 @@ CAUSES = mark_each(
         "wrong_control_height": (
             "The height is mistyped, or belongs to another point, such as the top of "
             "a mark instead of the ground."
+        ),
+        "lone_wrong_height": (
+            "Its height, its name or its measurements are wrong; less often heights "
+            "of the block are wrong there."
         ),
         "heights_beyond_claim": (
             "Heights of known points are wrong, or m_g_um or the stated errors are "

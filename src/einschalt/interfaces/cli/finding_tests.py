@@ -99,6 +99,10 @@ TESTS = mark_each(
             "Whether the check points agree with the stated precision when the worst "
             "of them is left out."
         ),
+        "suspect_check_points": (
+            "The difference at each check point against its standard error, that of "
+            "the given coordinates included."
+        ),
         "control_against_block": (
             "The correction that the adjustment gives to each control point, against "
             "its standard error."
@@ -162,6 +166,10 @@ TESTS = mark_each(
         "wrong_control_height": (
             "Whether a single control point that was left out explains the height "
             "differences."
+        ),
+        "lone_wrong_height": (
+            "Each height of a known point that took no part, against its standard "
+            "error; the others agree with theirs and are nearer than chance makes them."
         ),
         "heights_beyond_claim": (
             "Differences of height at check points and at control that was left out, "
@@ -299,6 +307,7 @@ REMEDIES_OF = {
     "corrections_that_spoil": ("turn_sign_of_y_parallax",),
     "models_upside_down": ("turn_sign_of_x_or_y",),
     "lone_wrong_check_point": ("check_lone_point", "correct_check_name"),
+    "suspect_check_points": ("check_far_points",),
     "control_against_block": ("check_control_or_snoop",),
     "control_set_aside": ("check_control", "check_all_control"),
     "control_that_contradicts": ("check_worst_control",),
@@ -330,6 +339,7 @@ REMEDIES_OF = {
     "heights_out_of_scale": ("check_principal_distance",),
     "broken_heights": ("check_height_network",),
     "wrong_control_height": ("check_that_height",),
+    "lone_wrong_height": ("check_lone_height",),
     "heights_beyond_claim": ("check_heights",),
     "unseen_height_scale": ("make_sure_of_principal_distance",),
     "curvature_untold": ("give_system",),

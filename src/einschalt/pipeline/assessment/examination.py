@@ -35,6 +35,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 from einschalt.pipeline.assessment.evidence.control.heights import (
     examine_adjusted_heights,
     examine_height_claim,
+    find_lone_height,
 )
 from einschalt.pipeline.assessment.evidence.control.other_targets import (
     find_other_targets,
@@ -152,6 +153,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
     lone_point = cached_property(find_lone_point)
+    lone_height = cached_property(find_lone_height)
     displaced = cached_property(displacement_of)
 
     @cached_property
@@ -433,11 +435,8 @@ class SimultaneousExamination(SuspectControl, Examination):
     @cached_property
     def height_claim(self):
         """Heights of the adjustment; without control where some was set aside."""
-        if not self.two_step.is_possible:
-            return self.two_step.height_claim
-        return examine_adjusted_heights(
-            self.two_step, self.points, is_without_control=bool(self._disputed)
-        )
+        is_without = self.two_step.is_possible and bool(self._disputed)
+        return examine_adjusted_heights(self, is_without_control=is_without)
 
     @property
     def claimed_column(self):

@@ -39,6 +39,19 @@ BETTER = mark_each(
         ),
     }
 )
+# whose figure may be the larger one
+BETTER_BY_LEFT_OUT = mark_each(
+    {
+        TWO_STEP: (
+            "control that was left out agrees better with the two steps: {figure} "
+            "(--method two_step)"
+        ),
+        SIMULTANEOUS: (
+            "control that was left out agrees better with a simultaneous adjustment: "
+            "{figure} (--method simultaneous)"
+        ),
+    }
+)
 BETTER_OF_POINTS = mark_each(
     {
         TWO_STEP: (
@@ -109,6 +122,7 @@ ELSEWHERE_OF_BOTH = mark(
 ELSEWHERE_OF_POINTS = mark("{figure} outside models with wrong approximate points")
 # with what a new point has of standing under the name of a known one, and without
 ELSEWHERE_OF_NAMES = mark("{figure} with its name put right")
+HEIGHT_ASIDE = mark("the height of point {name} is {length} off: check it first")
 LEFT_ASIDE = mark("without point {name}, which is {length} off: check it first")
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
@@ -146,6 +160,7 @@ def verdict_on(assessment) -> str:
     parts = [
         _new_points(precision, credible, assessment.known_points.differences),
         _left_aside(credible),
+        _height_aside(assessment.findings),
         _elsewhere(credible, assessment.findings),
         _spread(assessment),
         _better(assessment.better),
@@ -182,6 +197,15 @@ def _left_aside(credible):
     return translated(LEFT_ASIDE, name=printable(credible.left_aside), length=off)
 
 
+def _height_aside(findings):
+    """Which known height is far off, as no other is, if there is one."""
+    found = next((f for f in findings if f.code == "lone_wrong_height"), None)
+    if found is None:
+        return ""
+    off = length(found.facts["largest"])
+    return translated(HEIGHT_ASIDE, name=printable(found.names[0]), length=off)
+
+
 def _elsewhere(credible, findings):
     """The figure of the points that nothing displaced has moved, if there is one."""
     if not math.isfinite(credible.elsewhere):
@@ -212,7 +236,9 @@ def _better(choice):
     if choice.reason is ChoiceReason.MORE_POINTS:
         n_new = getattr(choice, f"n_{choice.method}")
         return translated(BETTER_OF_POINTS[choice.method], n=n_new, **said)
-    return translated(BETTER[choice.method], **said)
+    is_nearer = choice.reason is ChoiceReason.LEFT_OUT
+    words = BETTER_BY_LEFT_OUT if is_nearer else BETTER
+    return translated(words[choice.method], **said)
 
 
 def _cause(assessment):

@@ -9,6 +9,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 )
 from einschalt.pipeline.assessment.evidence.control.heights import (
     LEAST_OF_SCALE,
+    known_heights,
     unseen_scale,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
@@ -30,6 +31,7 @@ def heights_beyond_claim(examined):
     believed = examined.credible_heights
     return finding(
         "heights_beyond_claim",
+        names=known_heights(examined).far,
         statistic=f"heights of {worst.name}",
         observed=worst.observed,
         expected=worst.predicted,
@@ -46,6 +48,27 @@ def heights_beyond_claim(examined):
                 for test in rejected
             ),
             "believed": float(believed.value),
+        },
+    )
+
+
+def lone_wrong_height(examined):
+    """The height of a single known point that took no part and is far off."""
+    lone = examined.lone_height
+    if lone is None:
+        return None
+    return finding(
+        "lone_wrong_height",
+        names=(lone.point_id,),
+        statistic="difference in height at a known point",
+        observed=lone.size,
+        expected=lone.expected,
+        remedy="check_lone_height",
+        facts={
+            "role": lone.role,
+            "largest": lone.size,
+            "n_others": lone.n_others,
+            "rms_of_others": lone.rms_of_others,
         },
     )
 
@@ -170,6 +193,7 @@ TWO_STEP = SIMULTANEOUS = (
     wrong_control_height,
     broken_heights,
     heights_out_of_scale,
+    lone_wrong_height,
     heights_beyond_claim,
     unseen_height_scale,
     curvature_untold,

@@ -13,6 +13,7 @@ from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 from einschalt.pipeline.assessment.known_points import (
     MOST_OF_MISS,
     WITHIN_CLAIM,
+    contradicting_points,
     far_control,
     few_contradicting_points,
     picked,
@@ -70,6 +71,31 @@ def lone_wrong_check_point(examined):
             "rms_of_others": lone.others.rms,
             "claimed": known.claimed,
             "away": lone.away,  # of the new point that lies where it is given
+        },
+    )
+
+
+def suspect_check_points(examined):
+    """Check points that contradict the claim each by itself, though all together not.
+
+    They are suspects in the table of points.
+    """
+    known, names = examined.known_check, contradicting_points(examined)
+    if not len(names) or known.are_beyond or examined.lone_point is not None:
+        return None
+    miss = np.hypot(*known.differences[is_among(known.point_ids, names)].T)
+    return finding(
+        "suspect_check_points",
+        names=names[np.argsort(-miss, kind="stable")],
+        statistic="difference at a check point",
+        observed=float(miss.max()),
+        expected=known.claimed,
+        remedy="check_far_points",
+        facts={
+            "n_points": len(names),
+            "largest": float(miss.max()),
+            "rms": known.rms,
+            "claimed": known.claimed,
         },
     )
 
@@ -258,6 +284,7 @@ def _nearest(places, wanted):
 FOR_BOTH = (
     lone_wrong_check_point,
     check_points_beyond_claim,
+    suspect_check_points,
     check_points_better_than_claim,
     control_points_beyond_claim,
     shifted_block,

@@ -1,13 +1,17 @@
 """What to say of heights that are not as good as stated."""
 
 from einschalt.foundations.language import mark, mark_each, translated
-from einschalt.foundations.typesetting import length, number
+from einschalt.foundations.typesetting import length, names, number
 from einschalt.pipeline.summary.suggestion import filled
 from einschalt.pipeline.summary.wording import flight_name
 
 REMEDIES = mark_each(
     {
         "check_that_height": "Check its height, and set it aside if it is wrong",
+        "check_lone_height": (
+            "Check its height, its name and its measurements first; until then heights "
+            "near it may be as wrong"
+        ),
         "check_height_network": (
             "Look for control heights of different levelling networks or datums"
         ),
@@ -29,6 +33,20 @@ REMEDIES = mark_each(
     }
 )
 NOT_SUPPORTED = mark("The stated precision of the heights is not supported: {tests}")
+FAR_OFF = mark("{tests}; far off: {far}")
+LONE = mark_each(
+    {
+        "check": (
+            "The height of check point {point} differs by {largest:length}: those of "
+            "{n_others:count other known point} differ by {rms_of_others:length} (RMS)"
+        ),
+        "control": (
+            "The height of control point {point}, which took no part, differs by "
+            "{largest:length}: those of {n_others:count other known point} differ by "
+            "{rms_of_others:length} (RMS)"
+        ),
+    }
+)
 MISSED = mark("{quantity}: RMS {observed}, expected {expected}")
 BENT = mark(
     "The heights of {n_control:count control point} are bent by {size:length}, which "
@@ -58,6 +76,7 @@ UNSEEN_AT_ALL = mark(
     "Given heights differ too little to check the principal distance. Each per cent of "
     "an error moves the heights of the new points by {moved} (RMS)"
 )
+MOST_NAMED = 3
 MOST_PER_CENT = 1000.0  # of errors that are worth a figure
 POINT_OFF = mark_each(
     {
@@ -78,7 +97,7 @@ OF_DISTANCE = mark(
 
 
 def heights_beyond_claim(finding):
-    """Every comparison that contradicts the claimed heights."""
+    """Every comparison that contradicts the claimed heights, and which are far off."""
     tests = "; ".join(
         translated(
             MISSED,
@@ -88,7 +107,16 @@ def heights_beyond_claim(finding):
         )
         for test in finding.facts["rejected"]
     )
+    if finding.names:
+        far = names(finding.names[:MOST_NAMED])
+        tests = translated(FAR_OFF, tests=tests, far=far)
     return translated(NOT_SUPPORTED, tests=tests)
+
+
+def lone_wrong_height(finding):
+    """Of which known point, and how near the others are."""
+    words = LONE[finding.facts["role"]]
+    return filled(words, finding, point=names(finding.names))
 
 
 def broken_heights(finding):
@@ -128,6 +156,7 @@ WORDS = mark_each(
             "(RMS), and their standard error is {stated:length}"
         ),
         "heights_beyond_claim": heights_beyond_claim,
+        "lone_wrong_height": lone_wrong_height,
         "broken_heights": broken_heights,
         "heights_out_of_scale": heights_out_of_scale,
         "wrong_control_height": wrong_control_height,

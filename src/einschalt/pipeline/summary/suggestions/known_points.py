@@ -72,6 +72,16 @@ LONE = mark(
     "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
     "{rms:length}, expected {claimed:length}"
 )
+SUSPECT = mark(
+    "Check point {worst} differs by {largest:length}, which its standard error does "
+    "not explain; all check points together differ by {rms:length} (total, RMS), "
+    "expected {claimed:length}"
+)
+SEVERAL_SUSPECT = mark(
+    "Check points {worst} differ by up to {largest:length}, which their standard "
+    "errors do not explain; all check points together differ by {rms:length} (total, "
+    "RMS), expected {claimed:length}"
+)
 LONE_UNDER_ANOTHER_NAME = mark(
     "Check point {point} differs by {largest:length}, and new point {other} lies where "
     "it is given, {away:length} away: without it the differences at {n_others:count "
@@ -148,6 +158,13 @@ def check_points_beyond_claim(finding):
     return filled(SEVERAL_BEYOND, finding, worst=names(finding.names[:n_far]))
 
 
+def suspect_check_points(finding):
+    """Which they are, beside what all of them say."""
+    n_points = finding.facts["n_points"]
+    words = SUSPECT if n_points == 1 else SEVERAL_SUSPECT
+    return filled(words, finding, worst=names(finding.names, n_all=n_points))
+
+
 def control_under_another_name(finding):
     """The first pair of points, and how many more there are."""
     control, other = (names([name]) for name in finding.names[:2])
@@ -217,6 +234,7 @@ def shifted_block(finding):
 WORDS = {
     "check_points_beyond_claim": check_points_beyond_claim,
     "lone_wrong_check_point": lone_wrong_check_point,
+    "suspect_check_points": suspect_check_points,
     "control_under_another_name": control_under_another_name,
     "exchanged_control": exchanged_control,
     "check_points_better_than_claim": OF_CHECK,

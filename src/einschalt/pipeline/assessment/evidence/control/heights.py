@@ -8,12 +8,14 @@ propagation, so that nothing has to be drawn. What none of them would show is to
 See docs/theory/claim.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.claim import (
+    KNOWN,
     LEFT_OUT,
     RESIDUALS,
     UNTESTED,
@@ -29,41 +31,185 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
     Densified,
     covariance_of_differences,
 )
+from einschalt.stages.error_propagation.given_points import control_errors
+from einschalt.theory.adjustment.global_tests import ratio_limits
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.point_operator import Axes, sums
 from einschalt.theory.adjustment.reliability import noncentrality
-from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
+from einschalt.theory.adjustment.significance import (
+    CLAIM_SIGNIFICANCE,
+    FINDING_SIGNIFICANCE,
+    SYSTEMATIC_SIGNIFICANCE,
+)
 
-HEIGHT_OF_CHECK = "check points"
+HEIGHT_OF_CHECK = KNOWN["check"]
+STATED = "standard_error_height"
+# by which the others are nearer at least than all of them, where one is far off
+LEAST_NEARER = 1.25
 # of more points the covariance would be too large: the first of them stand for all
 MOST_POINTS = 2000
 # to which principal distances are known where a camera is named, but not calibrated
 LEAST_OF_SCALE = 0.02
 
 
+@dataclass(frozen=True, eq=False)
+class KnownHeights:
+    """Densified minus given heights of known points that took no part."""
+
+    point_ids: np.ndarray  # shape (n_points,)
+    roles: np.ndarray  # of each, "check" or "control"
+    differences: np.ndarray  # shape (n_points,) [m]
+    standard_errors: np.ndarray  # of the differences, shape (n_points,) [m]
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.point_ids)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the differences [m]."""
+        return float(np.sqrt(np.mean(self.differences**2)))
+
+    @property
+    def p_values(self) -> np.ndarray:
+        """Probability of a difference as large as each, shape (n_points,)."""
+        return chdtrc(1, (self.differences / self.standard_errors) ** 2)
+
+    @property
+    def far(self) -> np.ndarray:
+        """Names of those that contradict the claim each by itself, farthest first."""
+        family = np.array([0, self.count])
+        is_far = is_rejected_by_holm(self.p_values, family, FINDING_SIGNIFICANCE)
+        by_size = np.argsort(-np.abs(self.differences), kind="stable")
+        return self.point_ids[by_size][is_far[by_size]]
+
+    def picked(self, is_picked):
+        """Some of the points."""
+        return KnownHeights(*(getattr(self, f.name)[is_picked] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class LoneHeight:
+    """The height of a known point that took no part and is far off, as no other is."""
+
+    point_id: str
+    role: str
+    size: float  # its difference [m]
+    expected: float  # standard error of that [m]
+    n_others: int
+    rms_of_others: float  # of their differences [m]
+
+
+def known_heights(examined) -> KnownHeights:
+    """Heights of check points, and of control that took no part, against the given.
+
+    None where no standard error tells what to expect.
+    """
+    points = examined.solution.points
+    has_height = {"height", "difference_height"} <= set(points)
+    is_known = (points["role"] == "check") & has_height
+    if not examined.control_takes_part:
+        is_known |= (points["role"] == "control") & has_height
+    rows = points[is_known]
+    errors = _errors_of_differences(examined, rows) if len(rows) else np.zeros(0)
+    differences = rows["difference_height"].to_numpy(dtype=float) if has_height else []
+    names = ("point_id", "role")
+    known = KnownHeights(
+        *(rows[name].to_numpy(dtype=object) for name in names),
+        np.asarray(differences, dtype=float)[: len(errors)],
+        errors,
+    )
+    return known.picked(np.isfinite(known.differences) & (errors > 0.0))
+
+
+def _errors_of_differences(examined, rows):
+    """Standard errors of densified minus given heights; NaN where nothing is known."""
+    two_step, block = examined.two_step, examined.block
+    of_points = np.full(len(rows), np.nan)
+    if STATED in rows:
+        of_points = rows[STATED].to_numpy(dtype=float)
+    elif two_step.is_possible and two_step.given_heights is not None:
+        of_points[:] = two_step.given_heights.predicted
+    given = block.control_points.set_index("point_id").loc[rows["point_id"]]
+    if "standard_error_m" not in given:
+        return of_points
+    of_given = control_errors(given, Axes.SPACE)
+    of_given = of_given[:, 2] if of_given.ndim > 1 else of_given
+    return np.hypot(of_points, np.nan_to_num(of_given))
+
+
+def find_lone_height(examined) -> LoneHeight | None:
+    """The height of a known point that took no part and alone contradicts the claim.
+
+    None unless the others agree with it and are so much nearer that chance would not
+    make them so if all were as far off as the root mean square with it; nor where
+    control that was left out contradicts its heights.
+    """
+    known = known_heights(examined)
+    if known.count < 2 or len(known.far) != 1:
+        return None
+    (name,) = known.far
+    is_it = known.point_ids == name
+    others = known.picked(~is_it)
+    nearest, _ = ratio_limits(others.count, FINDING_SIGNIFICANCE, LEAST_NEARER)
+    if len(others.far) or not others.rms < nearest * known.rms:
+        return None
+    left_out = _left_out(examined.two_step) if examined.two_step.is_possible else None
+    if left_out is not None and left_out.p_value <= CLAIM_SIGNIFICANCE:
+        return None
+    ((row,),) = np.nonzero(is_it)
+    return LoneHeight(
+        name,
+        known.roles[row],
+        float(abs(known.differences[row])),
+        float(known.standard_errors[row]),
+        others.count,
+        others.rms,
+    )
+
+
 def examine_height_claim(examined) -> Claim:
     """Test heights of known points against what the claimed heights predict."""
     if examined.errors is None or examined.errors.axes is not Axes.SPACE:
-        return UNTESTED
+        return _by_single_points(examined)
     tests = (
         _left_out(examined),
         _given(examined),
-        _check(examined, examined.solution.points),
+        _check(examined, examined.solution.points, examined.lone_height),
     )
     return Claim(tuple(test for test in tests if test is not None), None)
 
 
-def examine_adjusted_heights(two_step, points, *, is_without_control) -> Claim:
-    """The same of one adjustment, which gives the ``points``.
+def examine_adjusted_heights(adjusted, *, is_without_control) -> Claim:
+    """The same of one adjustment.
 
-    What they share is known of the two steps only. ``is_without_control``: some control
-    was set aside, and what the two steps make of it says nothing of the adjustment.
+    What its points share is known of the two steps only. ``is_without_control``: some
+    control was set aside, and what the two steps make of it says nothing of it.
     """
-    if two_step.errors is None or two_step.errors.axes is not Axes.SPACE:
-        return UNTESTED
+    two_step = adjusted.two_step
+    is_known = two_step.is_possible and two_step.errors is not None
+    if not is_known or two_step.errors.axes is not Axes.SPACE:
+        return _by_single_points(adjusted)
     left_out = None if is_without_control else _left_out(two_step)
-    tests = (left_out, _check(two_step, points))
-    return Claim(tuple(test for test in tests if test is not None), None)
+    check = _check(two_step, adjusted.solution.points, adjusted.lone_height)
+    return Claim(tuple(test for test in (left_out, check) if test is not None), None)
+
+
+def _by_single_points(examined):
+    """The test of the farthest point (Bonferroni), whatever points have in common."""
+    known, lone = known_heights(examined), examined.lone_height
+    if lone is not None:
+        known = known.picked(known.point_ids != lone.point_id)
+    tests = []
+    for role in np.unique(known.roles):
+        of_role = known.picked(known.roles == role)
+        predicted = float(np.sqrt(np.mean(of_role.standard_errors**2)))
+        p_value = min(float(of_role.count * of_role.p_values.min()), 1.0)
+        sizes = of_role.count, of_role.rms, predicted
+        tests.append(ClaimTest(KNOWN[role], *sizes, p_value))
+    return Claim(tuple(tests), None) if tests else UNTESTED
 
 
 @dataclass(frozen=True)
@@ -109,12 +255,14 @@ def _left_out(examined):
     return _test(LEFT_OUT, left_out.of_heights[0], covariance)
 
 
-def _check(examined, points):
-    """Check points: densified minus given, both with errors."""
+def _check(examined, points, lone):
+    """Check points but for a lone one: densified minus given, both with errors."""
     errors = examined.errors
     missed = points["difference_height"].notna() & (points["role"] == "check")
     # of a point that the two steps do not have nothing is propagated
     missed &= is_among(points["point_id"], errors.point_ids)
+    if lone is not None:
+        missed &= points["point_id"] != lone.point_id
     rows = points[missed].head(MOST_POINTS)
     if rows.empty:
         return None
@@ -122,7 +270,7 @@ def _check(examined, points):
     chains = _chains_of(errors, ids)
     if points is not examined.solution.points:  # as alike, but not of that size
         found = covariance_of(chains, errors.standard_errors, HEIGHT)
-        sizes = rows["standard_error_height"].to_numpy(dtype=float)
+        sizes = rows[STATED].to_numpy(dtype=float)
         factors = sizes / np.sqrt(np.diag(found))
         if not np.isfinite(factors).all():
             return None
