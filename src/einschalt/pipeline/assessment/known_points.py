@@ -18,6 +18,7 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
     covariance_of_differences,
     shared_differences,
 )
+from einschalt.stages.error_propagation.error_model import LOW
 from einschalt.stages.error_propagation.given_points import group_members
 from einschalt.theory.adjustment.global_tests import (
     mean_p_values,
@@ -37,6 +38,7 @@ ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 # how near a new point lies to where another one is given, if it is that one: by what is
 # claimed, and by how far the other one is off
 WITHIN_CLAIM, MOST_OF_MISS = 10.0, 0.1
+FEWEST_CONFIRMING = 2  # measurements of a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,8 +264,10 @@ def find_lone_point(examined) -> LonePoint | None:
     None unless it alone contradicts the claim by itself, the others do not, and they
     are so much nearer that chance would not make them so if all points were as far off
     as the root mean square with it; nor where control that may be wrong moves the block
-    there. What it is measured against, or its own measurements, are wrong then, which
-    is no matter of the other points, unless one of these lies where it is given.
+    there, or no two of its measurements confirm each other: a gross error in one of
+    them tells of those that new points have. What it is compared with, or its name, is
+    wrong otherwise, which is no matter of the other points, unless one of these lies
+    where it is given.
     """
     # the claim is tested without it: it is found by what no test has judged
     column, points = larger_column(examined), examined.points
@@ -280,7 +284,7 @@ def find_lone_point(examined) -> LonePoint | None:
     beside = replace(others, claimed=of_role.rms)
     if not beside.are_too_small or any(each.are_beyond for each in rest):
         return None
-    if _is_near_doubt(examined, name):
+    if not _is_confirmed(examined, name) or _is_near_doubt(examined, name):
         return None
     miss = float(np.hypot(*of_role.differences[of_role.point_ids == name][0]))
     return LonePoint(name, miss, others, *_found_there(examined, name, miss))
@@ -301,12 +305,25 @@ def _found_there(examined, name, miss):
     given = examined.block.control_points.set_index("point_id")
     place = given.loc[name, ["easting", "northing"]].to_numpy(dtype=float)
     away = np.hypot(*(values_of(new, ["easting", "northing"]) - place).T)
-    claimed = np.fmax(*(examined.figures.mean_total, examined.figures.mean_paper))
-    within = min(WITHIN_CLAIM * float(np.nan_to_num(claimed)), MOST_OF_MISS * miss)
+    figures = examined.figures
+    claimed = np.nan_to_num(np.fmax(figures.mean_total, figures.mean_paper))
+    within = min(WITHIN_CLAIM * float(claimed), MOST_OF_MISS * miss)
     if not np.any(away <= within):
         return "", np.nan
     nearest = int(np.nanargmin(away))
     return new["point_id"].iloc[nearest], float(away[nearest])
+
+
+def _is_confirmed(examined, name):
+    """Whether two models of the low flight have a point at the same place."""
+    residuals, points = examined.residuals, examined.points
+    is_of_point = (residuals["flight"] == LOW) & (residuals["point_id"] == name)
+    if not is_of_point.any():  # no model of two steps is fitted onto it
+        (point,) = np.flatnonzero(points["point_id"] == name)
+        n_models, is_suspect = points[["n_models", "is_suspect"]].iloc[point]
+        return bool(n_models >= FEWEST_CONFIRMING and not is_suspect)
+    is_good = is_of_point & ~residuals["is_suspect"].astype(bool)
+    return int(is_good.sum()) >= FEWEST_CONFIRMING
 
 
 def _is_near_doubt(examined, name):

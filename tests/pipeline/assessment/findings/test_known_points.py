@@ -107,7 +107,7 @@ def test_no_check_point_is_the_lone_one_where_wrong_control_is_near(good_result)
 @pytest.mark.parametrize(("n_kept", "is_named"), [(2, False), (4, True)])
 def test_one_other_check_point_is_too_few(good_result, n_kept, is_named):
     moved, _ = with_moved_check_points(good_result, 0)
-    points = moved.points
+    points = moved.solution.points  # of which none is judged yet
     check = points.index[points["role"] == "check"]
     fewer = changed(moved, points=points.drop(check[n_kept:]))
     assert fewer.examination.known_check.are_beyond

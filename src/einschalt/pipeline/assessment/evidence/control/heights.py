@@ -45,6 +45,9 @@ from einschalt.theory.adjustment.significance import (
 
 HEIGHT_OF_CHECK = KNOWN["check"]
 STATED = "standard_error_height"
+# where errors are only assumed, measured heights have those of plan: heights of
+# photographs are worse by the angle of their rays, and made 1.16 times as much
+OF_ASSUMED = 1.25
 # by which the others are nearer at least than all of them, where one is far off
 LEAST_NEARER = 1.25
 # of more points the covariance would be too large: the first of them stand for all
@@ -131,7 +134,8 @@ def _errors_of_differences(examined, rows):
     if STATED in rows:
         of_points = rows[STATED].to_numpy(dtype=float)
     elif two_step.is_possible and two_step.given_heights is not None:
-        of_points[:] = two_step.given_heights.predicted
+        of_points = two_step.given_heights.predicted_at(rows["point_id"])
+        of_points = OF_ASSUMED * of_points
     given = block.control_points.set_index("point_id").loc[rows["point_id"]]
     if "standard_error_m" not in given:
         return of_points

@@ -137,8 +137,18 @@ class GivenHeights:
 
         Also where that is only assumed, and no figure is stated.
         """
+        return self._of_new(self._propagated)
+
+    def predicted_at(self, point_ids):
+        """That of some points, (n_points,) [m]; NaN where they have no heights."""
+        known = pd.Series(self._propagated, self.examined.means.points["point_id"])
+        return known.reindex(point_ids).to_numpy()
+
+    @cached_property
+    def _propagated(self):
+        """Error of the height of each point by the model of errors, (n_means,) [m]."""
         errors = propagate_model(self.model, self.examined.means)
-        return self._of_new(np.sqrt(errors.covariance[:, HEIGHT[0], HEIGHT[0]]))
+        return np.sqrt(errors.covariance[:, HEIGHT[0], HEIGHT[0]])
 
     @cached_property
     def _of_scale(self):
