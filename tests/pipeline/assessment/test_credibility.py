@@ -12,9 +12,11 @@ from einschalt.pipeline.assessment.credibility import (
     Reason,
     claimed_column,
     has_credible_propagation,
-    high_flight_misfit,
 )
 from einschalt.pipeline.assessment.evidence.claim import Claim, ClaimTest
+from einschalt.pipeline.assessment.evidence.fits.high_flight_misfit import (
+    high_flight_misfit,
+)
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings

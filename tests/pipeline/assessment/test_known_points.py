@@ -103,7 +103,7 @@ def test_a_check_point_that_hangs_on_one_measurement_tests_nothing(outliers, n_l
     )
     adjusted = SimpleNamespace(
         known_check=known(2.0, 3),
-        lone_point=None,
+        lone_points=(),
         residuals=residuals,
         settings=SimpleNamespace(outliers=outliers),
     )

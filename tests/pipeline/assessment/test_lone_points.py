@@ -60,7 +60,7 @@ def test_a_wrong_check_point_leaves_the_figure_of_the_others(simulated, method, 
     right = computed(simulated, method=method, tolerance=0.2)
     wrong = computed(block, method=method, tolerance=0.2)
     credible = wrong.assessment.credible
-    assert credible.left_aside == name
+    assert credible.left_aside == (name,)
     assert credible.left_aside_by == pytest.approx(by, abs=0.2)
     assert credible.value == pytest.approx(right.assessment.credible.value, rel=1e-9)
     assert not credible.is_lower_bound
@@ -135,12 +135,41 @@ def test_onto_given_points_a_wrong_control_point_is_left_aside(
     block, name = with_wrong(onto_given_points, role, by)
     right, wrong = (computed(each) for each in (onto_given_points, block))
     credible = wrong.assessment.credible
-    assert credible.left_aside == name
+    assert credible.left_aside == (name,)
     assert credible.value == pytest.approx(right.assessment.credible.value, rel=1e-9)
     error = true_error(wrong, onto_given_points.truth)
     assert 0.8 < credible.value / error < 1.25
     told = wrong.assessment.findings[0]
     assert told.names[0] == name
+
+
+def test_several_points_of_which_others_lie_beside_are_left_aside(onto_given_points):
+    """One shift or several: models that hold them lie right by other known points."""
+    block, first = with_wrong(onto_given_points, "control", 300.0, row=4)
+    block, second = with_wrong(block, "control", 3.0, row=9)
+    block, third = with_wrong(block, "check", 300.5)
+    wrong = computed(block)
+    credible = wrong.assessment.credible
+    assert set(credible.left_aside) == {first, second, third}
+    assert credible.left_aside[-1] == second  # the least last
+    assert credible.left_aside_by == pytest.approx(300.5, abs=0.3)
+    right = computed(onto_given_points).assessment.credible
+    assert credible.value == pytest.approx(right.value, rel=1e-9)
+    assert "without points" in wrong.summary()
+    assert wrong.assessment.claim_is_supported is False
+
+
+def test_known_points_of_a_displaced_part_are_not_left_aside(onto_given_points):
+    """Neighbours that are off alike may be right, and the block displaced there."""
+    control, truth = onto_given_points.control_points, onto_given_points.truth
+    corner = truth[PLAN].min() + 0.3 * (truth[PLAN].max() - truth[PLAN].min())
+    is_there = (control[PLAN] < corner).all(axis=1)
+    assert 1 < is_there.sum() < 0.25 * len(control)
+    moved = control.assign(easting=control["easting"] + 3.0 * is_there)
+    block = replace(onto_given_points, control_points=moved)
+    credible = computed(block).assessment.credible
+    assert not credible.left_aside
+    assert credible.value > 1.0
 
 
 def test_of_both_ways_the_one_is_taken_that_wrong_control_does_not_move(
@@ -149,7 +178,7 @@ def test_of_both_ways_the_one_is_taken_that_wrong_control_does_not_move(
     block, name = with_wrong(onto_given_points, "control", 300.0)
     result = computed(block, method="auto")
     assert result.choice.method == "two_step"
-    assert result.assessment.credible.left_aside == name
+    assert result.assessment.credible.left_aside == (name,)
     assert true_error(result, onto_given_points.truth) < 0.1
 
 

@@ -230,13 +230,13 @@ CREDIBLE = Part(
         "left_aside": (
             "",
             (
-                "name of the known point that the figure leaves aside: it took no "
-                "part and is far off, as no other known point is; empty without one"
+                "names of the known points that the figure leaves aside, the worst "
+                "first: they took no part and are far off, as no other known point is"
             ),
         ),
         "left_aside_by": (
             "m",
-            "how far that point is off, TOTAL; null without one",
+            "how far the first of them is off, TOTAL; null without one",
         ),
     },
     values={

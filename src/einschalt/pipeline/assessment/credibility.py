@@ -11,7 +11,6 @@ from enum import StrEnum
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import (
     NEIGHBOURS,
     REGIONS,
@@ -26,25 +25,16 @@ from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
-from einschalt.pipeline.assessment.evidence.image_precision import (
-    error_of_orientations,
-)
-from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.given_points import APPROXIMATE_POINTS
-from einschalt.stages.error_propagation.group_size import sum_of_residuals
 from einschalt.stages.stage4_error_propagation import propagate_model
-from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
-from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
+from einschalt.theory.adjustment.global_tests import ratio_limits
 from einschalt.theory.adjustment.significance import (
     CLAIM_SIGNIFICANCE,
-    FINDING_SIGNIFICANCE,
+    MIN_REPORTED_RATIO,
 )
 
 TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
-# a root mean square this much beyond the expected one is worth a word
-MIN_REPORTED_RATIO = 1.25
-N_DRAWS = 100
 
 
 class Reason(StrEnum):
@@ -92,9 +82,9 @@ class CredibleFigure:
     doubt: Doubt = Doubt.NONE  # of the whole frame, which no figure can hold
     # that of the points that nothing displaced has moved; NaN where none is known
     elsewhere: float = np.nan
-    # name of a known point that took no part and is far off, as no other is, and its
-    # difference [m]: the figure leaves it aside; empty and NaN without one
-    left_aside: str = ""
+    # names of known points that took no part and are far off, as the others are not,
+    # and the largest difference [m]: the figure leaves them aside
+    left_aside: tuple[str, ...] = ()
     left_aside_by: float = np.nan
 
 
@@ -108,7 +98,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
-    return _beside_lone_point(examined, _without_wrong_points(examined))
+    return _beside_lone_points(examined, _without_wrong_points(examined))
 
 
 def _without_wrong_points(examined):
@@ -191,19 +181,26 @@ def _beside_wrong_names(examined):
     )
 
 
-def _beside_lone_point(examined, rest):
-    """The figure, which leaves a lone point aside, with what that does to new points.
+def _beside_lone_points(examined, rest):
+    """The figure, which leaves lone points aside, with what that does to new points.
 
-    Where a new point lies where the lone one is given, either may stand under the name
-    of the other, and the new one is as far off: a lower bound.
+    Where a new point lies where a lone one is given, either may stand under the name of
+    the other, and the new one is as far off: a lower bound.
     """
-    lone = examined.lone_point
-    if lone is None:
+    lone = examined.lone_points
+    if not lone:
         return rest
-    rest = replace(rest, left_aside=lone.point_id, left_aside_by=lone.miss)
-    if not lone.found_there:
+    names, largest = tuple(each.point_id for each in lone), lone[0].miss
+    rest = replace(rest, left_aside=names, left_aside_by=largest)
+    if rest.is_lower_bound or not examined.claim.is_supported:
+        # more than those points contradicts it: they may be right
+        known = (examined.known_check, examined.known_control)
+        shown = max(rest.value, *(part.rms for part in known if part.count))
+        return replace(rest, value=shown, is_lower_bound=True)
+    squares = sum(each.miss**2 for each in lone if each.found_there)
+    if not squares:
         return rest
-    value = np.hypot(rest.value, lone.miss / np.sqrt(examined.figures.n_new))
+    value = np.hypot(rest.value, np.sqrt(squares / examined.figures.n_new))
     bound = {"is_lower_bound": True, "reason": Reason.EXCHANGED_NAMES}
     return replace(rest, value=float(value), elsewhere=rest.value, **bound)
 
@@ -334,7 +331,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
-    return _beside_lone_point(examined, _of_adjustment(examined))
+    return _beside_lone_points(examined, _of_adjustment(examined))
 
 
 def _of_adjustment(examined):
@@ -440,68 +437,3 @@ def largest_measured(examined) -> float:
     """
     paper = np.nan if examined.means.is_rigorous else examined.figures.mean_paper
     return float(np.nanmax([paper, examined.internal_of_good, 0.0]))
-
-
-@dataclass(frozen=True)
-class HighFlightMisfit:
-    """How the high flight fits the control points, and how it should."""
-
-    m_0: float  # of all models of the high flight together, TOTAL [m]
-    # what measuring errors, orientations and control points explain of it [m]
-    explained: float
-    # redundancy of the models; fewer where control or photographs share errors
-    degrees: float
-
-    @property
-    def ratio(self) -> float:
-        """The first by the second."""
-        return self.m_0 / self.explained
-
-    @property
-    def is_large(self) -> bool:
-        """Whether chance does not explain the misfit."""
-        limits = ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
-        return bool(self.ratio > limits[1])
-
-    @property
-    def p_value(self) -> float:
-        """Probability of a misfit this large if the given errors are right."""
-        return float(ratio_p_value(self.ratio, self.degrees))
-
-
-def high_flight_misfit(examined) -> HighFlightMisfit | None:
-    """Compare m_0 of the high flight with what the given errors explain.
-
-    None without a high flight, without redundancy, and where the control points have no
-    standard errors.
-    """
-    block = examined.block
-    if block.high_flight is None or "standard_error_m" not in block.control_points:
-        return None
-    high = examined.models[examined.models["flight"] == "high_flight"]
-    degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
-    if degrees == 0:
-        return None
-    # errors of a photograph are in all points of its models: fewer degrees of freedom
-    is_shared = examined.shares_control_errors or block.high_flight.has_images
-    if is_shared and examined.propagation is not None:
-        return _drawn_misfit(examined)
-    scale = block.high_flight.scale_number
-    m_g = ground_from_image_um(block.high_flight.m_g_counted_um, scale)
-    control = block.control_points["standard_error_m"].to_numpy(dtype=float)
-    bent = ground_from_image_um(
-        error_of_orientations(examined.orientations, HIGH), scale
-    )
-    explained = np.hypot.reduce([m_g, np.sqrt(np.mean(control**2)), bent])
-    return HighFlightMisfit(examined.figures.m_0_high, float(explained), degrees)
-
-
-def _drawn_misfit(examined):
-    """As :func:`high_flight_misfit`, where single points do not tell what to expect."""
-    model, m_0 = examined.propagation, examined.figures.m_0_high
-    fit = sum_of_residuals(model, HIGH, examined.high.transformation)
-    errors = draw_errors(model.standard_errors, model.axes, n_draws=N_DRAWS, seed=0)
-    drawn = np.sum(np.abs(apply_chains(errors, fit.chains)) ** 2, axis=0)
-    ratio = np.sqrt(np.sum(np.abs(fit.values) ** 2) / np.mean(drawn))
-    degrees = 2.0 * np.mean(drawn) ** 2 / np.var(drawn, ddof=1)
-    return HighFlightMisfit(m_0, float(m_0 / ratio), float(degrees))

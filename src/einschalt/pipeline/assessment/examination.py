@@ -19,7 +19,6 @@ from einschalt.pipeline.assessment.credibility import (
     claimed_column,
     figure_of_adjustment,
     figure_of_two_steps,
-    high_flight_misfit,
 )
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.credible_heights import (
@@ -53,6 +52,9 @@ from einschalt.pipeline.assessment.evidence.control.suspect_control import (
 from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.fits.high_flight_misfit import (
+    high_flight_misfit,
+)
 from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
     BesideDisplacedRegion,
 )
@@ -91,7 +93,7 @@ from einschalt.pipeline.assessment.known_points import (
     confirmed_control_points,
     contradicting_points,
     control_points,
-    find_lone_point,
+    find_lone_points,
 )
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
@@ -152,7 +154,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
-    lone_point = cached_property(find_lone_point)
+    lone_points = cached_property(find_lone_points)
     lone_height = cached_property(find_lone_height)
     displaced = cached_property(displacement_of)
 
@@ -168,7 +170,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         exchanged = (exchange.points for exchange in self.exchanged_names)
         patterns = (self.control_patterns.plan, self.control_patterns.height)
         alone = (p.point_ids for p in patterns if p and p.kind is Kind.POINT)
-        there = {self.lone_point.found_there} if self.lone_point else set()
+        there = {each.found_there for each in self.lone_points}
         return set(contradicting_points(self)).union(
             there - {""},
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],

@@ -8,7 +8,6 @@ import pandas as pd
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import (
-    MIN_REPORTED_RATIO,
     TOTAL,
     larger_column,
 )
@@ -30,7 +29,10 @@ from einschalt.theory.adjustment.multiple_testing import (
     is_rejected_by_holm,
 )
 from einschalt.theory.adjustment.point_operator import Axes
-from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+from einschalt.theory.adjustment.significance import (
+    FINDING_SIGNIFICANCE,
+    MIN_REPORTED_RATIO,
+)
 from einschalt.theory.block_adjustment.gross_errors import NORMS
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
@@ -39,6 +41,9 @@ ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 # claimed, and by how far the other one is off
 WITHIN_CLAIM, MOST_OF_MISS = 10.0, 0.1
 FEWEST_CONFIRMING = 2  # measurements of a point
+MOST_LONE = 0.25  # of the known points, where several are far off
+ALIKE = 0.5  # cosine of the angle between differences
+LEAST_OF_CLAIM = 10.0  # what is nearer than so many times the claim may be the block
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +113,12 @@ class KnownPoints:
         return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class LonePoint:
-    """A known point that took no part and is far off, as none of the others is."""
+    """A known point that took no part and is far off, as hardly another one is."""
 
     point_id: str
     miss: float  # its difference, TOTAL [m]
-    others: KnownPoints  # of its role, which agree with the claim
     # name of the new point that lies where this one is given, and how far from it [m]:
     # either stands under the name of the other; empty and NaN without
     found_there: str
@@ -136,24 +140,24 @@ def check_points(examined) -> KnownPoints:
 
 
 def confirmed_check_points(examined) -> KnownPoints:
-    """Check points that tell what a solution is worth: all but a lone one."""
-    return _without_lone_point(examined.known_check, examined)
+    """Check points that tell what a solution is worth: all but lone ones."""
+    return _without_lone_points(examined.known_check, examined)
 
 
 def confirmed_control_points(two_step) -> KnownPoints:
-    """Control points that tell what two steps are worth: all but a lone one."""
-    return _without_lone_point(two_step.known_control, two_step)
+    """Control points that tell what two steps are worth: all but lone ones."""
+    return _without_lone_points(two_step.known_control, two_step)
 
 
-def _without_lone_point(known, examined):
-    lone = examined.lone_point
-    return known if lone is None else known.without([lone.point_id])
+def _without_lone_points(known, examined):
+    lone = [each.point_id for each in examined.lone_points]
+    return known.without(lone) if lone else known
 
 
 def check_points_confirmed_by_two(adjusted) -> KnownPoints:
     """Check points that tell what an adjustment is worth.
 
-    Not a lone one, nor those of which a robust norm has left one measurement with its
+    Not lone ones, nor those of which a robust norm has left one measurement with its
     weight, or none: nothing confirms that. They tell how far such points are off, which
     are suspects and are counted by their own values; where they are taken out, the
     standard error of the point tells it.
@@ -258,36 +262,86 @@ def picked(known, is_picked):
     )
 
 
-def find_lone_point(examined) -> LonePoint | None:
-    """The single known point that took no part and makes the differences too large.
+def find_lone_points(examined) -> tuple[LonePoint, ...]:
+    """Known points that took no part and make the differences too large, worst first.
 
-    None unless it alone contradicts the claim by itself, the others do not, and they
-    are so much nearer that chance would not make them so if all points were as far off
-    as the root mean square with it; nor where control that may be wrong moves the block
-    there, or no two of its measurements confirm each other: a gross error in one of
-    them tells of those that new points have. What it is compared with, or its name, is
-    wrong otherwise, which is no matter of the other points, unless one of these lies
-    where it is given.
+    None unless each of them contradicts the claim by itself and is off by ten times as
+    much, the others agree with it, and these are so much nearer that chance would not
+    make them so if all points were as far off as the root mean square with them; nor
+    where control that may be wrong moves the block there, or no two measurements of a
+    point confirm each other: a gross error in one of them tells of those that new
+    points have. Nor are several, unless they are few, a model of each holds another
+    known point that agrees, and no two neighbours are off alike. What they are compared
+    with, or their names, are wrong otherwise, which is no matter of the other points,
+    unless one of these lies where one of them is given.
     """
-    # the claim is tested without it: it is found by what no test has judged
+    # the claim is tested without them: they are found by what no test has judged
     column, points = larger_column(examined), examined.points
     check = _compared(examined, points[points["role"] == "check"], column)
     known = [(check, _far_check_points(examined, check))]
     if not examined.control_takes_part:
         control = _compared(examined, examined.held_control, column)
         known.append((control, _far_points(control)))
-    if sum(len(names) for _, names in known) != 1:
-        return None
-    ((of_role, (name,)),) = (each for each in known if len(each[1]))
-    others = picked(of_role, of_role.point_ids != name)
-    rest = [others, *(each for each, names in known if not len(names))]
-    beside = replace(others, claimed=of_role.rms)
-    if not beside.are_too_small or any(each.are_beyond for each in rest):
-        return None
-    if not _is_confirmed(examined, name) or _is_near_doubt(examined, name):
-        return None
-    miss = float(np.hypot(*of_role.differences[of_role.point_ids == name][0]))
-    return LonePoint(name, miss, others, *_found_there(examined, name, miss))
+    far = np.concatenate([names for _, names in known])
+    if not len(far) or not all(_agree_without(*each) for each in known):
+        return ()
+    others = np.setdiff1d(np.concatenate([of.point_ids for of, _ in known]), far)
+    is_few = len(far) <= MOST_LONE * (len(far) + len(others))
+    if len(far) > 1 and not (is_few and _are_beside(examined, far, others)):
+        return ()
+    if _have_neighbours_alike(examined, known, far):
+        return ()
+    if not all(_is_confirmed(examined, name) for name in far):
+        return ()
+    if any(_is_near_doubt(examined, name) for name in far):
+        return ()
+    miss = {
+        name: float(np.hypot(*difference))
+        for of_role, _ in known
+        for name, difference in zip(of_role.point_ids, of_role.differences, strict=True)
+    }
+    worst = sorted(far, key=lambda name: -miss[name])
+    claimed = max(of_role.claimed for of_role, _ in known if of_role.count)
+    if miss[worst[-1]] < LEAST_OF_CLAIM * claimed:
+        return ()
+    return tuple(
+        LonePoint(name, miss[name], *_found_there(examined, name, miss[name]))
+        for name in worst
+    )
+
+
+def _agree_without(known, far):
+    """Whether known points agree with a claim without some, and are so much nearer."""
+    others = picked(known, ~is_among(known.point_ids, far))
+    is_nearer = not len(far) or replace(others, claimed=known.rms).are_too_small
+    return is_nearer and not others.are_beyond
+
+
+def _have_neighbours_alike(examined, known, far):
+    """Whether one of some points is off in the direction of its nearest, if far too."""
+    names = np.concatenate([of_role.point_ids for of_role, _ in known])
+    differences = np.concatenate([of_role.differences for of_role, _ in known])
+    given = examined.block.control_points.set_index("point_id")
+    places = given.loc[names, ["easting", "northing"]].to_numpy(dtype=float)
+    rows = np.flatnonzero(is_among(names, far))
+    away = np.linalg.norm(places[rows, None] - places, axis=2)
+    away[np.arange(len(rows)), rows] = np.inf
+    nearest = np.argmin(away, axis=1)
+    own, other = differences[rows], differences[nearest]
+    sizes = np.linalg.norm(own, axis=1) * np.linalg.norm(other, axis=1)
+    is_alike = np.sum(own * other, axis=1) > ALIKE * sizes
+    return bool(np.any(is_among(names[nearest], far) & is_alike))
+
+
+def _are_beside(examined, names, others):
+    """Whether a model of the low flight of each of some points holds one of others."""
+    two_step = examined.two_step
+    if not two_step.is_possible:
+        return False
+    rows = two_step.model_points[LOW]
+    model = pd.MultiIndex.from_frame(rows[["coverage", "model_id"]])
+    is_tied = model.isin(model[is_among(rows["point_id"], others)])
+    return bool(np.isin(names, rows.loc[is_tied, "point_id"]).all())
 
 
 def _far_check_points(examined, known):

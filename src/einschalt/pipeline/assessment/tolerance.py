@@ -128,7 +128,7 @@ def judged_points(examined):
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     off = examined.moved_by_region
-    if (lone := examined.lone_point) is not None:
+    for lone in examined.lone_points:
         off = np.where(points["point_id"] == lone.found_there, lone.miss, off)
     checked = np.hypot(used.factor * figure, off)
     is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)

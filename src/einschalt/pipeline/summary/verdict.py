@@ -5,7 +5,7 @@ from functools import singledispatch
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.language import figure, mark, mark_each, translated
-from einschalt.foundations.typesetting import length
+from einschalt.foundations.typesetting import length, names
 from einschalt.pipeline.assessment.choice import (
     SIMULTANEOUS,
     TWO_STEP,
@@ -124,6 +124,9 @@ ELSEWHERE_OF_POINTS = mark("{figure} outside models with wrong approximate point
 ELSEWHERE_OF_NAMES = mark("{figure} with its name put right")
 HEIGHT_ASIDE = mark("the height of point {name} is {length} off: check it first")
 LEFT_ASIDE = mark("without point {name}, which is {length} off: check it first")
+SEVERAL_LEFT_ASIDE = mark(
+    "without points {names}, which are up to {length} off: check them first"
+)
 HEIGHTS = mark("heights {figure}")
 FAILED = mark("{n} of {n_all:model|models} failed")
 # what stands behind the number of points
@@ -190,11 +193,11 @@ def _n_known(known):
 
 
 def _left_aside(credible):
-    """Which known point the figure leaves aside, if there is one."""
-    if not credible.left_aside:
-        return ""
-    off = length(credible.left_aside_by)
-    return translated(LEFT_ASIDE, name=printable(credible.left_aside), length=off)
+    """Which known points the figure leaves aside, if there are any."""
+    aside, off = credible.left_aside, length(credible.left_aside_by)
+    if len(aside) > 1:
+        return translated(SEVERAL_LEFT_ASIDE, names=names(aside), length=off)
+    return translated(LEFT_ASIDE, name=names(aside), length=off) if aside else ""
 
 
 def _height_aside(findings):

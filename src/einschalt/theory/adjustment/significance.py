@@ -30,3 +30,6 @@ OWN_DEFORMATION_SIGNIFICANCE = 0.01
 """Of a block whose models have no deformations of their own: that some are found.
 
 What is found enlarges standard errors by what it is: a false alarm costs little."""
+
+MIN_REPORTED_RATIO = 1.25
+"""A root mean square this much beyond the expected one is worth a word."""

@@ -16,8 +16,8 @@ from scipy.special import chdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark, mark_each
-from einschalt.foundations.names import encode
-from einschalt.pipeline.assessment.evidence.mean_residuals import (
+from einschalt.foundations.names import encode, is_among
+from einschalt.pipeline.assessment.evidence.fits.mean_residuals import (
     fits_without,
     mean_residuals,
 )
@@ -329,8 +329,8 @@ class _ClaimTests:
             return None
         observed, roles = _known(examined)
         is_known = (roles == role) & np.isfinite(observed).all(axis=1)
-        if (lone := examined.lone_point) is not None:
-            is_known &= (examined.means.points["point_id"] != lone.point_id).to_numpy()
+        lone = [each.point_id for each in examined.lone_points]
+        is_known &= ~is_among(examined.means.points["point_id"], lone)
         rows = np.flatnonzero(is_known)
         picked = (selection(rows, len(observed), model.axes) @ model.final).formed()
         of_points = model.axes.plan(picked.apply(self.drawn.low))

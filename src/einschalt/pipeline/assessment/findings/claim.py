@@ -3,7 +3,6 @@
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import (
-    MIN_REPORTED_RATIO,
     Reason,
     beyond_stated,
     largest_measured,
@@ -20,6 +19,7 @@ from einschalt.pipeline.assessment.known_points import (
     far_control,
     few_contradicting_points,
 )
+from einschalt.theory.adjustment.significance import MIN_REPORTED_RATIO
 
 DOUBT = "doubt_independence"
 MOST_PAIRS = 10

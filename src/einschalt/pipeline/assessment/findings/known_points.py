@@ -53,9 +53,11 @@ def check_points_beyond_claim(examined):
 
 def lone_wrong_check_point(examined):
     """A single check point that makes the differences of all of them too large."""
-    lone, known = examined.lone_point, examined.known_check
-    if lone is None or not is_among(known.point_ids, [lone.point_id]).any():
+    known, others = examined.known_check, examined.confirmed_check
+    lone = [p for p in examined.lone_points if p.point_id in set(known.point_ids)]
+    if len(lone) != 1:
         return None
+    (lone,) = lone
     return finding(
         "lone_wrong_check_point",
         names=(lone.point_id, *filter(None, [lone.found_there])),
@@ -67,8 +69,8 @@ def lone_wrong_check_point(examined):
             "largest": lone.miss,
             "n_points": known.count,
             "rms": known.rms,
-            "n_others": lone.others.count,
-            "rms_of_others": lone.others.rms,
+            "n_others": others.count,
+            "rms_of_others": others.rms,
             "claimed": known.claimed,
             "away": lone.away,  # of the new point that lies where it is given
         },
@@ -81,7 +83,7 @@ def suspect_check_points(examined):
     They are suspects in the table of points.
     """
     known, names = examined.known_check, contradicting_points(examined)
-    if not len(names) or known.are_beyond or examined.lone_point is not None:
+    if not len(names) or known.are_beyond or examined.lone_points:
         return None
     miss = np.hypot(*known.differences[is_among(known.point_ids, names)].T)
     return finding(

@@ -130,6 +130,11 @@ LEFT_ASIDE = mark(
     "The figure leaves point {name} aside, which took no part and is {length} off, as "
     "no other known point is: until it is checked, points near it may be as wrong."
 )
+SEVERAL_LEFT_ASIDE = mark(
+    "The figure leaves points {names} aside, which took no part and are up to {length} "
+    "off, as no other known point is: until they are checked, points near them may be "
+    "as wrong."
+)
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
@@ -245,14 +250,16 @@ def all_remarks(facts, credible, heights=None, *, is_untried=False) -> tuple[str
 def _belief(facts, credible):
     """Which of the figures to believe, and why they differ, where there is a choice.
 
-    And which known point was left aside.
+    And which known points were left aside.
     """
     told = ()
     if isinstance(facts, TwoStepPrecision):
         told = (what_to_believe(credible),)
-    if credible.left_aside:
-        name, off = names([credible.left_aside]), length(credible.left_aside_by)
-        told += (translated(LEFT_ASIDE, name=name, length=off),)
+    aside, off = credible.left_aside, length(credible.left_aside_by)
+    if len(aside) == 1:
+        told += (translated(LEFT_ASIDE, name=names(aside), length=off),)
+    elif aside:
+        told += (translated(SEVERAL_LEFT_ASIDE, names=names(aside), length=off),)
     return told
 
 

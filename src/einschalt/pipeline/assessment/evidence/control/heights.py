@@ -40,6 +40,7 @@ from einschalt.theory.adjustment.reliability import noncentrality
 from einschalt.theory.adjustment.significance import (
     CLAIM_SIGNIFICANCE,
     FINDING_SIGNIFICANCE,
+    MIN_REPORTED_RATIO,
     SYSTEMATIC_SIGNIFICANCE,
 )
 
@@ -48,8 +49,6 @@ STATED = "standard_error_height"
 # where errors are only assumed, measured heights have those of plan: heights of
 # photographs are worse by the angle of their rays, and made 1.16 times as much
 OF_ASSUMED = 1.25
-# by which the others are nearer at least than all of them, where one is far off
-LEAST_NEARER = 1.25
 # of more points the covariance would be too large: the first of them stand for all
 MOST_POINTS = 2000
 # to which principal distances are known where a camera is named, but not calibrated
@@ -157,7 +156,7 @@ def find_lone_height(examined) -> LoneHeight | None:
     (name,) = known.far
     is_it = known.point_ids == name
     others = known.picked(~is_it)
-    nearest, _ = ratio_limits(others.count, FINDING_SIGNIFICANCE, LEAST_NEARER)
+    nearest, _ = ratio_limits(others.count, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
     if len(others.far) or not others.rms < nearest * known.rms:
         return None
     left_out = _left_out(examined.two_step) if examined.two_step.is_possible else None

@@ -19,7 +19,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
 )
-from einschalt.pipeline.assessment.evidence.mean_residuals import (
+from einschalt.pipeline.assessment.evidence.fits.mean_residuals import (
     fits_without,
     mean_residuals,
 )

@@ -1,0 +1,1 @@
+"""How models fit what they were fitted onto: residuals, and what explains them."""
