@@ -28,6 +28,10 @@ def told_by_command(*options):
     return json.loads(shown.stdout)["figures"]
 
 
+def plan_of_a_square(target, choices, **options):
+    return es.plan_area(target, shapely.box(0, 0, 7000, 6000), choices, **options)
+
+
 def test_a_target_gives_the_plan_of_the_command():
     told = told_by_command("--target", 0.05, *FILM)
     # the command refines what is not typed
@@ -67,6 +71,16 @@ def test_a_camera_is_planned_as_the_command_does():
     assert plan.reached == pytest.approx(told["reached_on_layout"], rel=1e-12)
     assert plan.plan["high_flying_height"] <= camera.max_height == 120.0
     assert plan.plan["gsd"] == pytest.approx(told["gsd"], rel=1e-12)
+
+
+@pytest.mark.parametrize("plan", [es.plan_target, plan_of_a_square])
+def test_refine_may_be_none_and_is_refused_by_its_name(plan):
+    """None was a TypeError from inside."""
+    assert plan(0.07, CHOICES, refine=None).search is not None
+    with pytest.raises(es.EinschaltError, match=r"^refine = 3; expected None, or a"):
+        plan(0.07, CHOICES, refine=3)
+    with pytest.raises(es.EinschaltError, match="refine = 'n_setings' is unknown"):
+        plan(0.07, CHOICES, refine=["n_setings"])
 
 
 def test_every_camera_of_the_command_is_a_preset():

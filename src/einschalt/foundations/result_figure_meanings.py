@@ -57,7 +57,7 @@ OF_BLOCKS = {
         "",
         "points that moved by more than their standard error since the previous run",
     ),
-    "largest_move": ("m", "largest movement since the previous run"),
+    "largest_move": ("m", "largest movement of any point since the previous run"),
     "standard_error_credible": OF_DENSIFY["credible"],
 }
 

@@ -256,7 +256,8 @@ def plan_target(
     *,
     where: Literal["everywhere", "edge", "centre"] = "everywhere",
     by: Literal["expected", "paper"] = "expected",
-    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]] = (),
+    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]]
+    | None = None,
 ) -> CheckedPlan:
     """Find the cheapest flights that reach a precision on their own layout.
 
@@ -308,7 +309,8 @@ def plan_area(
     crs: str | None = None,
     ground_heights: str | PathLike[str] | None = None,
     follows_terrain: bool | None = None,
-    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]] = (),
+    refine: Sequence[Literal["scale_number", "high_over_low", "n_settings"]]
+    | None = None,
 ) -> AreaPlan:
     """Plan a flight over an area that reaches a precision on its own layout.
 

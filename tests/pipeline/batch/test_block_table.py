@@ -10,6 +10,7 @@ from einschalt.pipeline.batch.block_table import (
     Expectation,
     blocks_table,
     compare_points,
+    largest_move_of,
     row_of_failure,
     row_of_figures,
     summarize_batch,
@@ -37,6 +38,15 @@ def test_points_that_moved_by_more_than_they_claim():
     assert changes["point_id"].tolist() == ["3"]
     assert changes["change"].tolist() == ["moved"]
     assert changes["moved_total"][0] == pytest.approx(0.02001, abs=1e-9)
+
+
+def test_the_largest_move_is_that_of_any_point():
+    """It was empty for points that had moved, but none beyond its standard error."""
+    after = points(easting=[100.0073, 200.0, 300.0])
+    assert compare_points(after, points()).empty
+    assert largest_move_of(after, points()) == pytest.approx(0.0073, abs=1e-9)
+    assert largest_move_of(points(), points()) == 0.0
+    assert np.isnan(largest_move_of(after.iloc[:1], points().iloc[1:]))
 
 
 def test_points_that_came_and_went():
@@ -145,7 +155,7 @@ def test_expected_end():
 def test_summary_says_numbers_failures_and_moves():
     moved = compare_points(points(easting=[100.3, 200.0, 300.0]), points())
     rows = [
-        row_of_figures("north", "done", FIGURES, 1.5, moved),
+        row_of_figures("north", "done", FIGURES, 1.5, moved, 0.3),
         row_of_figures("south", "skipped", FIGURES, 1.5),
         *(
             row_of_failure(

@@ -17,6 +17,7 @@ from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
     read_changes,
+    read_largest_move,
     system_before,
 )
 from einschalt.interfaces.batch.failure_file import keep_failure
@@ -61,10 +62,11 @@ def run_block(task) -> dict:
 
 def row_of_result(task, outcome, provenance) -> dict:
     """Row of a block whose result is whole: done or skipped."""
-    changes = read_changes(task.folder) if outcome == DONE else None
-    return row_of_figures(
-        task.name, outcome, provenance["figures"], provenance["seconds"], changes
-    )
+    facts = provenance["figures"], provenance["seconds"]
+    compared = ()
+    if outcome == DONE:
+        compared = read_changes(task.folder), read_largest_move(task.folder)
+    return row_of_figures(task.name, outcome, *facts, *compared)
 
 
 class _Progress:

@@ -13,7 +13,11 @@ from einschalt.interfaces.files.csv_tables import read_csv, write_csv
 from einschalt.interfaces.files.output_folder import PREVIOUS
 from einschalt.interfaces.files.parquet_tables import read_parquet
 from einschalt.interfaces.files.result_folder import CHANGES, DECIMALS
-from einschalt.pipeline.batch.block_table import CHANGES_OF_POINTS, compare_points
+from einschalt.pipeline.batch.block_table import (
+    CHANGES_OF_POINTS,
+    compare_points,
+    largest_move_of,
+)
 
 POINTS = "points.parquet"
 DECIMALS_OF_CHANGES = {
@@ -65,6 +69,15 @@ def compare_with_previous(points, folder, into):
 def read_changes(folder):
     """Read what moved [m] since the run before; None where nothing was compared."""
     return _sound(read_csv, folder / CHANGES, CHANGED_POINTS)
+
+
+def read_largest_move(folder):
+    """Largest movement of a point since the run before [m]; None if not compared."""
+    points = _sound(read_parquet, folder / POINTS, POINTS_BEFORE)
+    previous = _sound(read_parquet, folder / PREVIOUS, POINTS_BEFORE)
+    if points is None or previous is None:
+        return None
+    return largest_move_of(points, previous)
 
 
 def _sound(read, path, schema):

@@ -1,6 +1,8 @@
 """The server of the local page: on loopback alone, until it is ended."""
 
 import contextlib
+import errno
+import os
 import socket
 import webbrowser
 from html import escape
@@ -10,7 +12,9 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.language import language, translated
+from einschalt.foundations.system_errors import reason_of
 from einschalt.interfaces.local_page import (
     batch_pages,
     block_pages,
@@ -161,10 +165,20 @@ def _listening(host, port):
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
+        if os.name == "posix":
+            # connections of a server that has ended keep its port for a minute; on
+            # Windows the option would share it with a server that runs
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
-    except OSError:
+    except OSError as error:
         listener.close()
-        raise
+        if port == 0 or error.errno not in (errno.EADDRINUSE, errno.EACCES):
+            raise
+        raise SettingsError(
+            f"--port = {port} on {host}: {reason_of(error)}",
+            expected="a port that is free",
+            remedy="Give another --port, or leave it out: any that is free is taken",
+        ) from None
     listener.listen(128)
     return listener
 

@@ -45,18 +45,21 @@ REFUTED = mark("Stated precision not supported: see their reports")
 LONGEST_REASON = 300  # characters of what libraries say
 
 
-def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
+def row_of_figures(
+    name, outcome, figures, seconds, changes=None, largest_move=None
+) -> dict:
     """Row of a block whose result is there.
 
-    ``figures`` as provenance.json has them; ``changes`` of :func:`compare_points`, left
-    out where there was nothing to compare with.
+    ``figures`` as provenance.json has them; ``changes`` of :func:`compare_points` and
+    ``largest_move`` of :func:`largest_move_of`, left out where there was nothing to
+    compare with.
     """
     # results of an earlier version were not judged
     row = {column: figures.get(key) for column, key in (FIGURES | JUDGED).items()}
     if changes is not None:
         is_moved = changes["change"] == MOVED
         row["n_moved"] = int(is_moved.sum())
-        row["largest_move"] = changes.loc[is_moved, "moved_total"].max()
+        row["largest_move"] = largest_move
     return {
         **row,
         "block": name,
@@ -106,10 +109,11 @@ def blocks_table(rows) -> pd.DataFrame:
     """Table of a batch: one row per block, in the order of the rows.
 
     Standard errors are RMS over the new points, TOTAL [m]. n_moved counts the points
-    that moved by more than their standard error since the run before, by largest_move
-    [m]. standard_error_credible is the figure to believe, a lower bound where
-    claim_is_supported is False: something contradicts the claim; it is None where
-    nothing tests the claim, or the result is of an earlier version.
+    that moved by more than their standard error since the run before; largest_move is
+    that of any point, moved so far or not [m]. standard_error_credible is the figure
+    to believe, a lower bound where claim_is_supported is False: something contradicts
+    the claim; it is None where nothing tests the claim, or the result is of an earlier
+    version.
     """
     rows = list(rows)
     columns = {}
@@ -135,16 +139,9 @@ def compare_points(points, previous) -> pd.DataFrame:
     A height that moved by more than its standard error counts as well. A point that
     claims nothing has moved where its coordinates differ by more than a millimetre.
     """
-    # what the earlier result claims must not stand in for what this one does not say
-    before = previous[[name for name in POSITION if name in previous]]
-    both = points.merge(
-        before, on="point_id", how="outer", suffixes=("", "_before"), indicator="side"
-    )
+    both = _beside(points, previous)
     claimed = _claimed(both)
-    moved = {
-        f"moved_{axis}": both[axis] - both[f"{axis}_before"]
-        for axis in ("easting", "northing")
-    }
+    moved = _moves(both)
     total = np.hypot(*moved.values())
     is_moved = (both["side"] == "both") & (
         (total > claimed.fillna(SAME)) | _is_lifted(both)
@@ -167,6 +164,31 @@ def compare_points(points, previous) -> pd.DataFrame:
     )
     table = table[table["change"] != ""]
     return table.sort_values("point_id", kind="stable").reset_index(drop=True)
+
+
+def largest_move_of(points, previous) -> float:
+    """Largest movement in plan of the points that both runs have [m].
+
+    Of those within their standard error as well; NaN if no point is in both.
+    """
+    moves = _moves(_beside(points, previous)).values()
+    return float(pd.Series(np.hypot(*moves)).max())
+
+
+def _beside(points, previous):
+    """Points with their earlier coordinates, and with those that came or went."""
+    # what the earlier result claims must not stand in for what this one does not say
+    before = previous[[name for name in POSITION if name in previous]]
+    return points.merge(
+        before, on="point_id", how="outer", suffixes=("", "_before"), indicator="side"
+    )
+
+
+def _moves(both):
+    return {
+        f"moved_{axis}": both[axis] - both[f"{axis}_before"]
+        for axis in ("easting", "northing")
+    }
 
 
 def _claimed(both):

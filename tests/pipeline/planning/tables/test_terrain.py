@@ -57,6 +57,19 @@ def test_a_dangerous_valley_is_said_with_the_remedy():
     assert "over-correction k" in text
 
 
+def test_terrain_above_the_cameras_is_said_to_be():
+    """It was told as a valley whose flying height is too low for its depth."""
+    ground = VALLEY.assign(h3=[1600, 620], h4=[1600, 600])
+    forecast = forecast_by_scale(ground, [6000, 20000], FILM, 0.152)
+    text = describe_forecast(forecast, forecast_by_camera(ground, 912.0))
+    said = " ".join(text.split())
+    assert (
+        "1:6000: the terrain of model 7/8 reaches the flying height in a standard "
+        "point; fly higher." in said
+    )
+    assert "1:20 000: the terrain" not in said
+
+
 def test_many_scales_are_cut():
     forecast = forecast_by_scale(VALLEY, range(6000, 16000, 1000), FILM, 0.152)
     assert "and 2 scales more" in describe_forecast(

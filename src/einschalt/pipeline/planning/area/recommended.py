@@ -194,7 +194,7 @@ def _require_least_model(area, choices, frame):
 
 
 def plan_area(
-    area, search, frame, *, heights=None, follows=None, refine=(), progress=None
+    area, search, frame, *, heights=None, follows=None, refine=None, progress=None
 ):
     """Find the cheapest plan of a search that keeps its target over an area.
 
@@ -233,7 +233,7 @@ def _require_overlap_of_some(area, plans, frame, ground):
         laid_out(area, by_scale.iloc[0], frame, ground)
 
 
-def _planned(area, search, frame, ground, progress, refine=()) -> AreaPlan:
+def _planned(area, search, frame, ground, progress, refine=None) -> AreaPlan:
     search, left_out = _that_fit(area, search, frame)
     over = _OverArea(TriedLayouts(area, frame, ground))
     checked = check_plans(

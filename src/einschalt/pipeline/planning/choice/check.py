@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.arguments import require_choice
+from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.batches import working_on_parts
 from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import EinschaltError
@@ -204,7 +204,7 @@ def check_plans(
     cost=None,
     cost_on_layout=None,
     spent=None,
-    refine=(),
+    refine=None,
     progress=None,
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
@@ -233,9 +233,7 @@ def check_plans(
     about the next where costs are counted, and about near misses of another kind:
     those of ``finer_choices``. ``progress(title, fraction)`` is told.
     """
-    refine = [refine] if isinstance(refine, str) else list(refine)
-    for name in refine:
-        require_choice("refine", name, tuple(REFINED))
+    refine = _names_of_choices(refine)
     require_overlaps(frame.image_format, frame.forward_overlap, frame.side_overlap)
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     cost = cost or (lambda plan: plan["cost"])
@@ -257,6 +255,18 @@ def check_plans(
             best = tries.best()
     finer = finer_choices(search.plans, best.plan) if best.is_kept else {}
     return replace(best, search=search, finer=finer)
+
+
+def _names_of_choices(refine):
+    """Choices that are refined, as a list: of one name, of several, or of none."""
+    if refine is None:
+        return []
+    names = [refine] if isinstance(refine, str) else refine
+    expected = f"None, or a list of {', '.join(REFINED)}"
+    require_kind("refine", names, (list, tuple, set), expected=expected)
+    for name in names:
+        require_choice("refine", name, tuple(REFINED))
+    return list(names)
 
 
 def _between(tries, cheapest, frame, refine):

@@ -9,6 +9,7 @@ from einschalt.foundations.typesetting import at_least, fixed, number, scale, wr
 from einschalt.pipeline.planning.flights.cameras import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (
     EDGE,
+    REACHED,
     VERDICTS,
     FlightPlan,
     amounts_of_verdicts,
@@ -129,7 +130,12 @@ def _table(rows, first):
 
 def _advice(scale_number, worst):
     message = mark("{scale}: model {model} is {verdict}.")
-    if worst["safe_flying_height"] > worst["flying_height"]:
+    if worst["reason"] == REACHED:  # then there is no inflation to tell
+        message = mark(
+            "{scale}: the terrain of model {model} reaches the flying height in a "
+            "standard point; fly higher."
+        )
+    elif worst["safe_flying_height"] > worst["flying_height"]:
         message = mark(
             "{scale}: model {model} is {verdict}; fly {height} m above its valley, or "
             "with a wider angle."
