@@ -14,7 +14,7 @@ from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.told_fields import with_fields_of
 from einschalt.interfaces.files.area_files import area_of_table, read_area
 from einschalt.interfaces.files.height_files import read_heights_over
-from einschalt.interfaces.notebook.cards import plan_card
+from einschalt.interfaces.notebook.cards import checked_plan_card, plan_card
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.pipeline.block.block import plain_fields
 from einschalt.pipeline.planning.area import recommended
@@ -98,6 +98,9 @@ class CheckedPlan(check.CheckedPlan):
         """Say whether it is recommended, what it comes to, and where, in a sentence."""
         return with_arguments(super().outcome())
 
+    def _repr_html_(self) -> str:
+        return checked_plan_card(self, self.outcome())
+
     @classmethod
     def of(cls, found: check.CheckedPlan) -> "CheckedPlan":
         """Take what was found with its search and the next best."""
@@ -123,6 +126,9 @@ class AreaPlan(recommended.AreaPlan):
     def summary(self) -> str:
         """Return the plan, the next best, what it takes, and its precision."""
         return with_arguments(super().summary())
+
+    def _repr_html_(self) -> str:
+        return checked_plan_card(self, self.checked.outcome())
 
 
 def expect_precision(

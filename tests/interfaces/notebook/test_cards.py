@@ -1,11 +1,13 @@
 """What a notebook shows of results and blocks without being asked for a figure."""
 
+import html
 import re
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from tests.changed_results import changed, judged_before
 from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
@@ -51,6 +53,21 @@ def test_the_card_of_a_block_counts_what_was_measured(demo_block):
     assert f">{low.n_models}</td>" in card
     assert ">1:8000</td>" in card
     assert "EPSG:31255" in card
+
+
+def test_plans_that_were_laid_out_show_what_they_come_to_first():
+    choices = es.PlanChoices(
+        scale_number=(9000, 11000), spacing=(300,), m_g_um=(5,), n_coverages=(2,)
+    )
+    with written_in("de"):
+        plan = es.plan_area(0.06, shapely.box(0, 0, 7000, 6000), choices)
+        for one in (plan, plan.checked):
+            card = one._repr_html_()
+            head, rest = card.split("</p>")
+            assert head.endswith(f">{html.escape(plan.checked.outcome())}")
+            assert plan.checked.outcome()[:30] not in rest
+            assert ("11 Flugstreifen" in rest) == (one is plan)
+            assert ENGLISH.findall(DATA.sub("", re.sub(r"<[^>]+>", " ", card))) == []
 
 
 def test_cards_and_the_report_alone_are_german_where_it_is_asked_for(

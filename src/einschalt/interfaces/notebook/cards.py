@@ -4,11 +4,12 @@ Plain HTML in the colours of the page around it; no script, nothing from elsewhe
 """
 
 from html import escape
+from textwrap import dedent
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
-from einschalt.foundations.typesetting import number, scale
+from einschalt.foundations.typesetting import number, scale, wrapped
 from einschalt.interfaces.reports.title_block import system_text
 from einschalt.pipeline.summary.sections import known_points, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
@@ -96,6 +97,12 @@ def plan_card(plan) -> str:
     """Verdict of a plan, and its first table as it is printed."""
     _, _, rest = plan.summary().partition("\n\n")
     return _card(plan.verdict, f"<pre>{escape(rest)}</pre>")
+
+
+def checked_plan_card(plan, outcome) -> str:
+    """What a plan that was laid out comes to, then the rest of its verdict."""
+    rest = plan.verdict().removeprefix(wrapped(outcome, indent="  "))
+    return _card(outcome, f"<pre>{escape(dedent(rest).strip(chr(10)))}</pre>")
 
 
 def _card(headline, *parts):

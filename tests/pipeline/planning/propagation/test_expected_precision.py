@@ -143,6 +143,8 @@ def test_an_oblong_image_covers_what_it_should():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
+        ({"scale_number": "1:8000"}, "Give the denominator: 8000 for 1:8000"),
+        ({"high_scale_number": "1:20 000"}, "Give the denominator"),
         ({"scale_number": 0}, "scale_number = 0"),
         ({"spacing": -300}, "spacing = -300"),
         ({"m_g_um": 5e-6}, "Did you give metres"),

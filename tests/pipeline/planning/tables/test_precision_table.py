@@ -92,6 +92,7 @@ def test_optimal_scale_is_a_row_of_the_table():
         ({"scale_number": 1 / 8000}, r"0\.000125; .*denominator"),
         ({"scale_number": []}, "scale_number is empty"),
         ({"scale_number": "8000"}, r"scale_number = '8000'"),
+        ({"scale_number": "1:8000"}, "'1:8000'; .* Give the denominator: 8000 for"),
         ({"scale_number": True}, "scale_number = True"),
         ({"spacing": 0}, r"spacing = 0; expected 0\.5 to 50000 metres\.$"),
         ({"spacing": 0.25}, r"spacing = 0\.25; .*kilometres"),

@@ -1,5 +1,6 @@
 """What a planner may ask for: ranges, and what numbers say of their units."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import fields
 from numbers import Real
@@ -54,6 +55,7 @@ RANGES = {
     ),
 }
 MAX_HEIGHT = Range(5, 20_000, "metres above ground")
+PRINTED_SCALE = re.compile(r"1\s*:\s*[\d ]+")
 MOST_COMBINATIONS = 20_000_000
 SIDES = Range(1e-3, 1e15)  # and size of an area
 ROUNDED = 1.0 + 1e-9
@@ -90,9 +92,16 @@ micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
             raise SettingsError(
                 f"{name} = {shown(value)}",
                 expected=str(allowed),
-                remedy=allowed.remedy_for(plain),
+                remedy=_remedy_for(plain, allowed),
             )
     return np.array(listed, dtype=float)
+
+
+def _remedy_for(value, allowed):
+    """What a value that is refused suggests: a scale as it is printed as well."""
+    if isinstance(value, str) and PRINTED_SCALE.fullmatch(value.strip()):
+        return allowed.likely_slip if allowed is RANGES["scale_number"] else ""
+    return allowed.remedy_for(value)
 
 
 def _is_number(value):
@@ -133,7 +142,12 @@ def require_extent(extent):
 def checked_number(name, value) -> float:
     """Check one argument that is one number."""
     if not _is_number(value):
-        raise SettingsError(f"{name} = {value!r}", expected=f"{RANGES[name]}")
+        allowed = RANGES[name]
+        raise SettingsError(
+            f"{name} = {value!r}",
+            expected=str(allowed),
+            remedy=_remedy_for(value, allowed),
+        )
     return float(checked_axis(name, value)[0])
 
 
