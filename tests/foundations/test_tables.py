@@ -37,6 +37,28 @@ def test_sound_table_is_completed():
     assert checked.frame["coverage"].tolist() == ["1", "1", "1"]
 
 
+def test_columns_in_the_index_are_brought_back():
+    """It was "Add it as 'point_id'" for a table that has it as its index."""
+    frame = model_points().set_index(["model_id", "point_id"])
+    assert the_one(said_of(frame)) == (
+        "low.csv: the index of the table has model_id, point_id, no column; its "
+        "columns are x, y; expected model_id, point_id, x, y. Give table.reset_index()."
+    )
+    assert said_of(frame.reset_index()) == []
+
+
+def test_rows_that_share_labels_are_told_by_their_position():
+    """After pandas.concat row 0 was said to repeat row 0."""
+    frame = pd.concat([model_points(), model_points().iloc[1:2]])
+    said = the_one(said_of(frame))
+    assert "row 3, point B, model 1/2: the row repeats row 1; " in said
+
+
+def test_an_empty_table_of_python_has_no_block_toml():
+    said = the_one(said_of(model_points().iloc[:0]))
+    assert said.endswith("expected at least one. Fill it, or leave it out.")
+
+
 def test_columns_come_in_the_order_of_the_schema():
     frame = model_points()[["y", "point_id", "x", "model_id"]]
     checked = check_table(frame, MODEL_POINTS)
@@ -223,8 +245,9 @@ def test_columns_that_are_no_text():
     assert checked.notes == ("low.csv: ignored column 7",)
 
 
-def test_empty_table():
-    assert the_one(said_of(model_points().iloc[:0])) == (
+def test_empty_table_of_a_file():
+    frame = model_points().iloc[:0].rename_axis(LINE)
+    assert the_one(said_of(frame)) == (
         "low.csv: the table has no rows; expected at least one. Fill it, or take its "
         "key out of block.toml."
     )
@@ -248,7 +271,7 @@ def test_index_that_repeats_itself():
     frame = pd.concat([model_points(), model_points(point_id=["D", "E", ""])])
     said = said_of(frame)
     assert len(said) == 1
-    assert said[0].startswith("low.csv, row 2, model 1/2: point_id is missing")
+    assert said[0].startswith("low.csv, row 5, model 1/2: point_id is missing")
 
 
 def test_index_of_names_is_not_said_as_row():

@@ -13,12 +13,11 @@ import pandas as pd
 
 from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
-from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.key_columns import SeenNames, row_codes
+from einschalt.foundations.missing_columns import columns_in_the_index, missing_column
 from einschalt.foundations.names import CodedColumns
-from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import MEND, MEND_OR_NONE
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
@@ -227,7 +226,7 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
         frame = frame.rename(columns=str)
     problems = _check_columns(frame, schema, source)
     if frame.empty:
-        return CheckedTable(frame, tuple(problems) or (_empty(source),))
+        return CheckedTable(frame, tuple(problems) or (_empty(frame, source),))
     names = list(frame.columns)
     ignored = names_not_in(frame, schema.names)
     notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
@@ -291,11 +290,14 @@ def _unfit(frame, schema, source):
     )
 
 
-def _empty(source):
+def _empty(frame, source):
+    remedy = "Fill it, or leave it out"
+    if frame.index.name == LINE:  # it was read from a file
+        remedy = "Fill it, or take its key out of block.toml"
     return TableError(
         "the table has no rows",
         expected="at least one",
-        remedy="Fill it, or take its key out of block.toml",
+        remedy=remedy,
         file=source,
     )
 
@@ -304,7 +306,15 @@ def _check_columns(frame, schema, source):
     names = list(frame.columns)
     missing = [c.name for c in schema.columns if c.is_required and c.name not in names]
     header = 1 if frame.index.name == LINE else None
-    problems = [_missing_column(n, names, schema, source, header) for n in missing]
+    in_index = [name for name in missing if name in frame.index.names]
+    problems = []
+    if in_index:
+        problems.append(columns_in_the_index(in_index, names, schema, source))
+    problems += [
+        missing_column(name, names, schema, source, header)
+        for name in missing
+        if name not in in_index
+    ]
     doubled = sorted(name for name, n in Counter(names).items() if n > 1)
     problems += [
         TableError(
@@ -317,28 +327,6 @@ def _check_columns(frame, schema, source):
         for name in doubled
     ]
     return problems
-
-
-def _missing_column(name, names, schema, source, header):
-    other = in_other_unit(names, schema, name)
-    if other is not None:
-        unit = next(column.unit for column in schema.columns if column.name == name)
-        return TableError(
-            f"column '{name}' is missing; '{other[0]}' is in {other[1]}",
-            expected=unit,
-            remedy=f"Give it in {unit}, or correct its name if that is wrong",
-            file=source,
-            row=header,
-        )
-    near = nearest(name, [n for n in names if n not in schema.names])
-    mend = f"Rename '{near}' to '{name}'" if near else f"Add it as '{name}'"
-    return TableError(
-        f"column '{name}' is missing, found {name_some(names, 8) or 'none'}",
-        expected=", ".join(c.name for c in schema.columns if c.is_required),
-        remedy=mend,
-        file=source,
-        row=header,
-    )
 
 
 def _check_values(frame, raw, column, source, seen):
@@ -385,12 +373,18 @@ def listed(places, problem, rest):
 
 def row_location(frame, place):
     """Row, point and model of a position (not an index), as facts of an error."""
-    label = frame.index[place]
+    label = _label(frame, place)
     return {
         "row": label if isinstance(label, (int, np.integer)) else None,
         "point": _cell(frame, "point_id", place),
         "model": _cell(frame, "model_id", place),
     }
+
+
+def _label(frame, place):
+    """Label of a row; its position, from 0, where rows of a script share labels."""
+    is_by_position = frame.index.name != LINE and frame.index.has_duplicates
+    return place if is_by_position else frame.index[place]
 
 
 def _cell(frame, name, place):
@@ -417,7 +411,7 @@ def _check_key(table, source, schema):
 
     def problem(place):
         return TableError(
-            f"the row repeats row {frame.index[first_of[codes[place]]]}",
+            f"the row repeats row {_label(frame, first_of[codes[place]])}",
             expected=f"each {' + '.join(key)} once",
             remedy=remedy,
             file=source,

@@ -476,6 +476,18 @@ def test_a_block_file_that_is_a_folder_fails_alone(folder, tmp_path, run):
     assert row["remedy"] == "Rename that folder, or remove it"
 
 
+def test_a_block_called_like_the_table_does_not_stop_the_others(folder, tmp_path, run):
+    """It ended the whole batch, also where the table of an earlier run is there."""
+    shutil.copytree(folder / "block_00", folder / "blocks.csv")
+    for outcome in ("done", "skipped"):
+        table, names = run(folder, tmp_path / "out")
+        assert table.loc["block_00", "outcome"] == outcome
+        row = table.loc["blocks.csv"]
+        assert row[["outcome", "remedy"]].tolist() == ["failed", "Rename the folder"]
+        assert "blocks.csv" not in names
+    assert (tmp_path / "out" / "blocks.csv").is_file()
+
+
 def test_blocks_that_differ_in_case_only_do_not_stop_the_others(folder, tmp_path, run):
     if (folder / "BLOCK_00").exists():
         pytest.skip("names that differ in case only are one name here")

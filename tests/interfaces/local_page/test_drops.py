@@ -6,6 +6,7 @@ import errno
 import io
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -253,6 +254,20 @@ def test_no_remedy_of_the_page_is_an_option_of_a_command():
     for text in told_of_options:
         error = SettingsError("x", remedy=ast.literal_eval(text))
         assert "--" not in told(drop_pages._as_dropped(error))
+
+
+def test_all_files_that_cannot_be_read_are_told(visit, root):
+    """Only the first was, and the next one after it had been mended."""
+    visitor = visit(root)
+    files = {"empty.csv": "", "rows.csv": "a,b\n1\n", "nul.csv": "a\0b\n"}
+    page = visitor.get(dropped(visitor, files)).text
+    for name in files:
+        assert name in page
+    visitor = visit(root)
+    page = visitor.get(dropped(visitor, {f"{k}.csv": "" for k in range(14)})).text
+    told_of = re.findall(r"\d+\.csv is empty|\d+\.csv: [a-z]", page)
+    assert len(told_of) == drop_pages.MOST_MESSAGES, page
+    assert "and 4 more problems" in page
 
 
 def test_two_tables_of_control_are_told_as_on_a_page(visit, root):

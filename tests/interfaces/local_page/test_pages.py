@@ -56,6 +56,24 @@ def test_results_of_different_blocks_say_so_first(results, good_result, tmp_path
     assert not compare(results / "first", results / "second").verdict.startswith("Diff")
 
 
+def test_results_of_other_inputs_say_which_differ(make_block, tmp_path):
+    folder = make_block(tmp_path / "block").path
+    write_result(es.densify(es.read_block(folder)), tmp_path / "first")
+    path = folder / "control_points.csv"
+    path.write_text(f"{path.read_text('utf-8').strip()}\n\n", encoding="utf-8")
+    write_result(es.densify(es.read_block(folder)), tmp_path / "second")
+    results = tmp_path / "first", tmp_path / "second"
+    said = "The inputs are not the same: control_points.csv differ."
+    assert compare(*results).remarks[0] == said
+    assert compare(results[0], results[0]).remarks == []
+    for name in ("high_flight.csv", "low_flight.csv"):
+        path = folder / name
+        path.write_text(f"{path.read_text('utf-8').strip()}\n\n", encoding="utf-8")
+    write_result(es.densify(es.read_block(folder)), tmp_path / "third")
+    remark = compare(results[0], tmp_path / "third").remarks[0]
+    assert remark.startswith("All inputs differ: control_points.csv, high_flight.csv")
+
+
 def test_what_is_no_result_is_not_compared(visit, results, tmp_path):
     shutil.copytree(results / "first", tmp_path / "changed")
     frame = pd.read_parquet(tmp_path / "changed" / "points.parquet")

@@ -19,7 +19,11 @@ from einschalt.foundations.errors import FileError, OutputError, SettingsError
 from einschalt.foundations.language import language
 from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
-from einschalt.interfaces.batch.block_search import case_twins, name_blocks
+from einschalt.interfaces.batch.block_search import (
+    case_twins,
+    name_blocks,
+    named_like_tables,
+)
 from einschalt.interfaces.batch.block_state import SAID, look_at
 from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
@@ -81,18 +85,22 @@ def plan_batch(
     output = Path(output).absolute()
     named = name_blocks(blocks)
     _require_folder(output)
-    for folder in (output, *(output / name for name in named)):
+    refused = named_like_tables(named)
+    sought = {name: block for name, block in named.items() if name not in refused}
+    for folder in (output, *(output / name for name in sought)):
         refuse_block_folder(folder)
     marks = _marks_of_an_interrupted_run(output)
     with ThreadPoolExecutor(n_cores()) as pool:
         states = pool.map(
-            lambda item: look_at(*item, output / item[0], given or {}), named.items()
+            lambda item: look_at(*item, output / item[0], given or {}), sought.items()
         )
         known = names_of_batch(output)
         states = [_allowed(state, known, overwrite=overwrite) for state in states]
     place = output_of_batch([state.task for state in states], overwrite=overwrite)
     require_free(output, place)
-    sorting = _Sorting(which, marks or {}, place.inputs, case_twins(named))
+    sorting = _Sorting(which, marks or {}, place.inputs, case_twins(sought))
+    for name, error in refused.items():
+        sorting.rows[name] = _row_without_place(name, error)
     for state in states:
         sorting.take(state)
     return BatchPlan(
@@ -132,6 +140,11 @@ def _marks_of_an_interrupted_run(output):
     return marks if isinstance(marks, dict) else None
 
 
+def _row_without_place(name, error):
+    """Row of a block whose result cannot be written where it would go."""
+    return row_of_failure(name, error, Stage.WRITING.key)
+
+
 class _Sorting:
     """Parts blocks that must be computed from those whose row is known."""
 
@@ -164,14 +177,14 @@ class _Sorting:
 
     def _row_of_twin(self, name):
         twin = self.twins.get(name)
-        return twin and row_of_failure(name, twin, Stage.WRITING.key)
+        return twin and _row_without_place(name, twin)
 
     def _refused_row(self, task):
         """Row of a block whose result has no place: nobody computes it in vain."""
         try:
             require_free(task.folder, output_of_task(task, self.inputs))
         except FileError as error:
-            return row_of_failure(task.name, error, Stage.WRITING.key)
+            return _row_without_place(task.name, error)
         return None
 
     def _known_row(self, state):

@@ -81,8 +81,8 @@ def name_blocks(paths) -> dict[str, Path]:
     """Name each block after its folder; after more of its path where that is not one's.
 
     A name has ``/`` where it has several parts, and none leads out of the folder of the
-    results. Raises where a block is named twice, or one is called as the table of the
-    batch is. Names of folders that differ in case only stay: see :func:`case_twins`.
+    results. Raises where a block is named twice. Names of folders that differ in case
+    only stay, and that of a table: see :func:`case_twins`, :func:`named_like_tables`.
     """
     folders = [_folder_of(path) for path in paths]
     depth = 1
@@ -96,16 +96,25 @@ def name_blocks(paths) -> dict[str, Path]:
         if longer == names:
             raise _named_twice(folders, names, twice)
         names = longer
-    for name, folder in zip(names, folders, strict=True):
-        first = name.partition("/")[0]
-        if first.casefold() in TABLE_FILES:
-            raise SettingsError(
-                f"the result of the block {folder} would go into {first!r}, which is "
-                "called like the table of all blocks",
-                expected="another name",
-                remedy="Rename the folder",
-            )
     return dict(zip(names, folders, strict=True))
+
+
+def named_like_tables(named) -> dict[str, SettingsError]:
+    """Blocks whose results would go into a table of the batch, by name, with why not.
+
+    ``named`` as :func:`name_blocks` gives them.
+    """
+    firsts = {name: name.partition("/")[0] for name in named}
+    return {
+        name: SettingsError(
+            f"the result of the block {named[name]} would go into {first!r}, which is "
+            "called like the table of all blocks",
+            expected="another name",
+            remedy="Rename the folder",
+        )
+        for name, first in firsts.items()
+        if first.casefold() in TABLE_FILES
+    }
 
 
 def case_twins(named) -> dict[str, SettingsError]:

@@ -140,8 +140,28 @@ def _of_two_blocks(facts, other):
     return translated(message, first=first, second=second)
 
 
+def _other_inputs(facts, other):
+    """Say which input files are not those of the other result, by their checksums."""
+    first, second = (
+        {entry["table"]: entry for entry in one.get("inputs", ())}
+        for one in (facts, other)
+    )
+    differ = sorted(
+        table
+        for table in {*first, *second}
+        if first.get(table, {}).get("sha256") != second.get(table, {}).get("sha256")
+    )
+    if not (first and second and differ):  # of tables from Python nothing is known
+        return []
+    names = {table: (second.get(table) or first[table])["file"] for table in differ}
+    message = mark("The inputs are not the same: {files} differ.")
+    if {*differ} >= {*first, *second} - {"block"}:  # block.toml alone tells little
+        message = mark("All inputs differ: {files}. Is it the same block?")
+    return [translated(message, files=", ".join(map(printable, names.values())))]
+
+
 def _remarks(facts, other, n_first, n_second, n_both):
-    remarks = []
+    remarks = _other_inputs(facts, other)
     for message, n_alone in zip(
         ALONE, (n_first - n_both, n_second - n_both), strict=True
     ):

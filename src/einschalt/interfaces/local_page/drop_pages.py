@@ -8,7 +8,13 @@ from urllib.parse import urlencode
 from starlette.responses import JSONResponse, PlainTextResponse
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.errors import (
+    BlockError,
+    EinschaltError,
+    SettingsError,
+    raise_problems,
+)
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.told_errors import told
@@ -34,6 +40,7 @@ from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.new_block.questions import answered, expected_instead
 
 SAID = ("crs", "easting", "northing", "decimal")
+MOST_MESSAGES = 10  # of files that were dropped and cannot be read
 GROUPED = re.compile(r"\d{1,3}(?:[., \xa0\u2009\u202f'\u2019]\d{3})+")
 ANSWERED, ASSUMED = "as you say", "assumed, since no file tells: correct it"
 
@@ -98,12 +105,22 @@ def _as_dropped(error):
     return answered_elsewhere(error, INSTEAD_OF_OPTIONS)
 
 
+def _said_to_those_who_drop(error):
+    """Messages of an error or of several, the first of many."""
+    problems = error.problems if isinstance(error, BlockError) else (error,)
+    messages = [messages_of(_as_dropped(one))[0] for one in problems[:MOST_MESSAGES]]
+    if len(problems) > MOST_MESSAGES:
+        more = mark("and {n:more problem|more problems}")
+        messages.append(translated(more, n=len(problems) - MOST_MESSAGES))
+    return messages
+
+
 def _proposed(place, asked):
     """The proposal of a block, or why there is none yet."""
     try:
         proposal, left_out = _proposal(place, asked)
     except EinschaltError as error:
-        messages = messages_of(_as_dropped(error))
+        messages = _said_to_those_who_drop(error)
         return {"proposal": None, "messages": messages, "left_out": []}
     return {"proposal": proposal, "messages": [], "left_out": left_out}
 
@@ -123,17 +140,14 @@ def _proposal(place, asked):
         except EinschaltError as error:
             refused.append(error)
     if not found:
-        raise (
-            refused[0]
-            if refused
-            else SettingsError(
-                "there is no table",
-                expected="control points, and the measurements of the flights",
-                remedy="Drop all files of the block together",
-            )
+        raise_problems(refused)
+        raise SettingsError(
+            "there is no table",
+            expected="control points, and the measurements of the flights",
+            remedy="Drop all files of the block together",
         )
     given = {} if crs is None else {("block", "crs"): crs}
-    left_out = [messages_of(_as_dropped(error))[0] for error in refused]
+    left_out = [_said_to_those_who_drop(error)[0] for error in refused]
     return propose(found, given), left_out
 
 

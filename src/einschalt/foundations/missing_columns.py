@@ -1,0 +1,42 @@
+"""Columns that a table lacks: what is there in their place, and how to mend it."""
+
+from einschalt.foundations.column_words import in_other_unit
+from einschalt.foundations.errors import TableError, name_some
+from einschalt.foundations.near_words import nearest
+
+
+def columns_in_the_index(missing, names, schema, source):
+    """Columns of which pandas has made labels of rows."""
+    return TableError(
+        f"the index of the table has {name_some(missing)}, no column; its columns are "
+        f"{name_some(names, 8) or 'none'}",
+        expected=", ".join(c.name for c in schema.columns if c.is_required),
+        remedy="Give table.reset_index()",
+        file=source,
+    )
+
+
+def missing_column(name, names, schema, source, header):
+    """A column that is missing: in another unit, under another name, or at all.
+
+    ``header``: line of the file in which the names stand; None without one.
+    """
+    other = in_other_unit(names, schema, name)
+    if other is not None:
+        unit = next(column.unit for column in schema.columns if column.name == name)
+        return TableError(
+            f"column '{name}' is missing; '{other[0]}' is in {other[1]}",
+            expected=unit,
+            remedy=f"Give it in {unit}, or correct its name if that is wrong",
+            file=source,
+            row=header,
+        )
+    near = nearest(name, [n for n in names if n not in schema.names])
+    mend = f"Rename '{near}' to '{name}'" if near else f"Add it as '{name}'"
+    return TableError(
+        f"column '{name}' is missing, found {name_some(names, 8) or 'none'}",
+        expected=", ".join(c.name for c in schema.columns if c.is_required),
+        remedy=mend,
+        file=source,
+        row=header,
+    )
