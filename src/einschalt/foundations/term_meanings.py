@@ -1,6 +1,7 @@
 """What terms of the glossary mean, each in a sentence.
 
-By the first English word of their entry in the glossary. Entries whose words say it
+By the first English word of their entry in the glossary, or by all of its words where
+several entries begin with the same. Entries whose words say it
 themselves, or that say it in brackets, have none.
 """
 
@@ -135,6 +136,10 @@ MEANINGS = mark_each(
         "standard error of unit weight": (
             "Error of one measured coordinate, as stated before the adjustment and as "
             "the residuals show it after."
+        ),
+        "standard error of unit weight, as a total": (
+            "Error of one measured point, of both coordinates together, as the "
+            "residuals of the transformation show it."
         ),
         "error of a measured point": (
             "How well a point can be measured in the plane of the image."

@@ -106,10 +106,14 @@ def test_dry_run_says_why_and_writes_nothing(first, invoke, blocks, tmp_path):
     before = {path: path.stat().st_mtime_ns for path in output.rglob("*")}
     said = invoke("batch", blocks, "-o", output, "--dry-run")
     assert said.exit_code == 0
+    reason = (
+        "low_flight.csv: the file does not exist; expected the table of [low_flight] "
+        "model_points"
+    )
     assert said.stdout.splitlines() == [
         "keep  north: unchanged",
         "keep  south: unchanged",
-        "run   west: no result yet; the last run failed",
+        f"run   west: no result yet; the last run failed: {reason}",
         "1 of 3 blocks would be computed; nothing was written",
     ]
     assert {path: path.stat().st_mtime_ns for path in output.rglob("*")} == before

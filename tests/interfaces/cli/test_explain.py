@@ -80,7 +80,16 @@ def test_every_value_is_explained(name, value, invoke):
 
 
 def test_every_meaning_is_of_a_term():
-    assert set(TERMS) <= {one.english for one in entries()}
+    assert set(TERMS) <= {
+        words for one in entries() for words in (one.english, one.cells["English"])
+    }
+
+
+def test_a_total_is_not_told_as_the_error_of_a_coordinate(invoke):
+    shown = " ".join(invoke("explain", "m_0").stdout.split())
+    assert "of both coordinates together" in shown
+    assert "Error of one measured coordinate" in invoke("explain", "s_0").stdout
+    assert "densification" in invoke("explain", "Einschaltung").stdout
 
 
 @pytest.mark.parametrize("word", ["Passpunkt", "control point"])

@@ -64,6 +64,16 @@ def test_what_no_flight_covers_is_refused_in_a_sentence(geometries, says, tmp_pa
         read_area(write(tmp_path / "area.geojson", *geometries))
 
 
+def test_a_crossing_in_degrees_is_told_with_the_system_of_its_place(tmp_path):
+    """The place is that in UTM, of which the file with degrees knows nothing."""
+    ring = [(13.6, 48.0), (13.7, 48.1), (13.7, 48.0), (13.6, 48.1), (13.6, 48.0)]
+    path = tmp_path / "a.geojson"
+    write(path, {"type": "Polygon", "coordinates": [ring]}, crs=None)
+    said = r"at 39\d{4}\.\d\d, 53\d+.* \(WGS 84 / UTM zone 33N \(EPSG:32633\)\)"
+    with pytest.raises(EinschaltError, match=said):
+        read_area(path)
+
+
 def test_degrees_are_brought_into_utm_or_the_system_of_the_plan(tmp_path):
     path = write(tmp_path / "a.geojson", box(0.1, 0.05, 13.6, 48.0), crs=None)
     area = read_area(path)

@@ -51,6 +51,12 @@ def test_missing_file_shows_what_is_near(tmp_path):
         require_file(tmp_path / "high_fligth.csv", "high_fligth.csv")
 
 
+def test_a_suffix_alone_makes_no_file_near(tmp_path):
+    (tmp_path / "hochflug.csv").touch()
+    with pytest.raises(FileError, match=r"Its folder holds hochflug\.csv\.$"):
+        require_file(tmp_path / "nofile.csv", "nofile.csv")
+
+
 def test_missing_file_does_not_suggest_what_another_key_names(tmp_path):
     (tmp_path / "high_flight.csv").touch()
     with pytest.raises(FileError, match=r"Its folder holds high_flight\.csv\.$"):

@@ -139,6 +139,14 @@ def test_without_geopandas_it_is_said_how_it_is_had(good_result, monkeypatch):
         points_with_geometry(good_result)
 
 
+def test_a_report_is_named_as_the_page_that_it_is(good_result, tmp_path):
+    """rep.txt held HTML, without a word."""
+    said = r"'\.txt' is no suffix of a report.* Name it rep\.html\.$"
+    with pytest.raises(es.EinschaltError, match=said):
+        write_report(good_result, tmp_path / "rep.txt")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_report_alone_is_a_page_that_loses_nothing(good_result, tmp_path):
     path = tmp_path / "report.html"
     write_report(good_result, path)

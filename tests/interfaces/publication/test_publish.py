@@ -301,6 +301,16 @@ def test_a_target_that_lists_the_northing_first_gets_it_first(tmp_path):
     np.testing.assert_allclose(northing, ground["northing"], **CLOSE)
 
 
+def test_the_database_is_told_by_a_path_without_detours(finland, tmp_path):
+    """PROJ_AUX_DB had .. in it where the folder was given so."""
+    (tmp_path / "beside").mkdir()
+    systems = {"crs": "EPSG:3067", "source_crs": "EPSG:2393"}
+    folder = tmp_path / "beside" / ".." / "ykj"
+    told = finland[-1].publish("YKJ", folder, **systems)
+    assert told.database == tmp_path.resolve() / "ykj" / "YKJ.db"
+    assert told.database.is_file()
+
+
 def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_path):
     few = good_result.models.iloc[[0, -1]]
     done = es.publish(with_models(good_result, few), "DEMO", tmp_path / "out")

@@ -10,6 +10,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.repetitions import (
     Experiment,
     chance_of_error,
+    describe_trial,
     repeat_simulation,
     summarize_repetitions,
 )
@@ -91,6 +92,15 @@ def test_chance_is_that_of_errors_that_points_share(good_result):
     assert chance == pytest.approx(rms.std(), rel=0.1)
     independent = np.sqrt(np.mean(rms**2)) / np.sqrt(4.0 * len(new))
     assert chance > 1.5 * independent
+
+
+@pytest.mark.parametrize(("size", "said"), [(0.0073, "7.30 mm"), (0.04, "4.00 cm")])
+def test_a_trial_is_told_in_the_unit_of_repetitions(size, said):
+    """It was 0.73 cm where the repetitions of the same plan had 7.3 mm."""
+    row = {"n_points": 9, "standard_error_total": size, "error_total": size}
+    lines = describe_trial(size, row, chance=size / 10.0).splitlines()
+    assert lines[1].endswith(f" {said}")
+    assert lines[3].endswith(f"{said[-2:]} by chance)")
 
 
 def test_blocks_of_a_source_are_repeated_in_place_of_a_preset():

@@ -140,6 +140,14 @@ def _marks_of_an_interrupted_run(output):
     return marks if isinstance(marks, dict) else None
 
 
+def _why_again(why, failure):
+    """Why a block is computed; what its last run failed for is what to mend."""
+    if not failure:
+        return why
+    reason = failure.get("reason")
+    return f"{why}; {FAILED_BEFORE}: {reason}" if reason else f"{why}; {FAILED_BEFORE}"
+
+
 def _row_without_place(name, error):
     """Row of a block whose result cannot be written where it would go."""
     return row_of_failure(name, error, Stage.WRITING.key)
@@ -167,8 +175,8 @@ class _Sorting:
             row = self._refused_row(state.task)
         if row is None:
             self.to_run.append(state.task)
-            failed = f"; {FAILED_BEFORE}" if state.failure else ""
-            self.reasons[name] = f"{state.why or 'asked for'}{failed}"
+            why = state.why or "asked for"
+            self.reasons[name] = _why_again(why, state.failure)
             self.new_marks[name] = self.marks.get(name, state.task.former)
             return
         self.rows[name] = row

@@ -197,7 +197,7 @@ def _as_area(drawn, crs):
     if target is not None:
         _require_metres(shapes, target)
     for one in shapes:
-        FlightArea(one)  # each must be sound before they are joined
+        FlightArea(one, target)  # each must be sound before they are joined
     if len(shapes) > 1:
         notes.append(f"{len(shapes)} polygons are one area.")
         shapes = [shapely.union_all(shapes)]

@@ -76,7 +76,8 @@ class Entry:
     @property
     def meaning(self):
         """What it means, in a sentence; empty where its words say that."""
-        return translated(MEANINGS[self.english]) if self.english in MEANINGS else ""
+        known = (MEANINGS.get(self.cells["English"]), MEANINGS.get(self.english))
+        return translated(next(filter(None, known), ""))
 
     @property
     def text(self):

@@ -160,12 +160,19 @@ def _missing(path, source, taken):
             file=source,
         )
     names = sorted(name for name in _names_in(folder) if not name.startswith("."))
-    near = nearest(path.name, [name for name in names if name not in taken])
+    near = _near_file(path, [name for name in names if name not in taken])
     if near:
         remedy = f"Did you mean '{near}'?"
     else:
         remedy = f"Its folder holds {name_some(names) or 'nothing'}"
     return FileError("the file does not exist", remedy=remedy, file=source)
+
+
+def _near_file(path, names):
+    """Name of a file that may be meant: alike without its suffix as well."""
+    near = nearest(path.name, names)
+    # that both are tables makes no names alike
+    return near if near and nearest(path.stem, [Path(near).stem]) else None
 
 
 def _names_in(folder):

@@ -8,7 +8,7 @@ import json
 
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.display_names import as_unicode
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.language import ENGLISH, written_in
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
@@ -50,6 +50,7 @@ TABLE_NAMES = (*TABLES, *IF_ANY, "failures")
 SYSTEM = "points.prj"  # GDAL reads it beside points.csv
 ASSESSMENT = "assessment.json"
 CHANGES = "changes.csv"
+OF_PAGES = (".html", ".htm", "")
 PAPERS = {"a4": "A4", "letter": "letter"}
 RESULT_NAMES = frozenset(
     (
@@ -220,6 +221,13 @@ def require_printable(paper, *, report=True):
 
 def write_report(result, path, *, overwrite=False):
     """Write the report alone; neither an input nor, unasked, another file is lost."""
+    if path.suffix.lower() not in OF_PAGES:
+        raise FileError(
+            f"{path.suffix!r} is no suffix of a report, which is one HTML page",
+            expected=" or ".join(OF_PAGES[:2]),
+            remedy=f"Name it {path.with_suffix('.html').name}",
+            file=path,
+        )
     inputs = result.block.files
     source = Source("report", result.block.name, tuple(inputs))
     output = Output(source, frozenset(), InputFiles(inputs), overwrite)

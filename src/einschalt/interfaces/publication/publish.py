@@ -153,7 +153,7 @@ def publish_operations(
         require_database(Path(proj_db))
         if any(one.grid is not None for one in operations):
             require_grids_are_read(Path(proj_db))
-    home = folder.absolute() if installed_at is None else Path(installed_at)
+    home = _where(folder) if installed_at is None else Path(installed_at)
     names = _names_of_files(operations, name)
     output = Output(Source("publish", name), names, InputFiles(files), overwrite)
     plane = [one for one in operations if one.is_plane]
@@ -182,6 +182,12 @@ def publish_operations(
     write_folder(folder, output, facts, write)
     database = home / f"{name}.db" if has_database else None
     return Publication(name, folder, *done[0], database, doubts_of(operations))
+
+
+def _where(folder):
+    """Whole path of a folder; without .. in it, which a link may lead elsewhere."""
+    whole = folder.absolute()
+    return whole.resolve() if ".." in whole.parts else whole
 
 
 def _names_of_files(operations, name):

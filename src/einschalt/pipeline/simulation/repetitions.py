@@ -12,8 +12,8 @@ import pandas as pd
 from scipy.stats import chi2
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.language import figure, mark, mark_each, translated
-from einschalt.foundations.typesetting import length, per_cent
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.typesetting import length, length_column, per_cent
 from einschalt.pipeline.batch.local_engine import run_in_order
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -219,14 +219,15 @@ def describe_trial(planned, row, chance) -> str:
     width = max(map(len, sizes))
     message = mark("Planned and simulated: {n:new point|new points} (total, RMS)")
     lines = [translated(message, n=row["n_points"])]
+    unit, (*texts, by_chance) = length_column([*sizes.values(), chance])
     lines += [
-        f"  {label:<{width}}  {figure(100.0 * size, '.2f'):>6} cm"
-        for label, size in sizes.items()
+        f"  {label:<{width}}  {text:>6} {unit}"
+        for label, text in zip(sizes, texts, strict=True)
     ]
     if np.isfinite(chance):
-        message = mark("± {size} cm by chance")
-        size = figure(100.0 * chance, ".2f")
-        lines[-1] += f"  ({translated(message, size=size)})"
+        message = mark("± {size} by chance")
+        said = translated(message, size=f"{by_chance} {unit}")
+        lines[-1] += f"  ({said})"
     return "\n".join(lines)
 
 

@@ -97,6 +97,17 @@ def test_an_area_with_a_gap_of_heights_is_refused(is_there):
         heights_where(is_there).require_cover(FIELD)
 
 
+def test_heights_in_degrees_are_told_to_be():
+    plane = np.column_stack([np.linspace(13.6, 13.7, 9), np.linspace(48.0, 48.1, 9)])
+    heights = GroundHeights(plane, np.full(9, 400.0), "dem.csv")
+    area = FlightArea(shapely.box(390_000, 5_300_000, 397_000, 5_306_000))
+    with pytest.raises(GeometryError, match="These look like degrees: export the heig"):
+        heights.over(area)
+    elsewhere = GroundHeights(plane * 1e3, heights.height, "dem.csv")
+    with pytest.raises(GeometryError, match="Plan in the system of the heights"):
+        elsewhere.over(area)
+
+
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("n", [300, 3000, 30_000])
 def test_scattered_heights_cover_an_area(n, seed):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.language import figure, mark, translated
-from einschalt.foundations.projections import degrees_of, read_crs
+from einschalt.foundations.projections import degrees_of, label_of, read_crs
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.simulation.layout import turn
 
@@ -44,7 +44,7 @@ class FlightArea:
         """Check what no flight can be planned over."""
         if self.crs is not None:
             read_crs(self.crs)
-        _check(self.shape)
+        _check(self.shape, self.crs)
 
     @cached_property
     def _frame(self):
@@ -180,7 +180,7 @@ def _from_the_east(direction):
     return round(abs(direction), 6), -direction
 
 
-def _check(shape):
+def _check(shape, crs):
     import shapely  # noqa: PLC0415 - loaded when an area is planned
 
     if not isinstance(shape, shapely.Geometry):
@@ -202,7 +202,7 @@ def _check(shape):
         )
     if not shape.is_valid:
         raise GeometryError(
-            _fault_of(shapely.is_valid_reason(shape)),
+            _fault_of(shapely.is_valid_reason(shape), crs),
             expected="rings that neither cross nor touch themselves",
             remedy="Mend it in QGIS with 'Fix geometries', or draw it again",
         )
@@ -221,12 +221,14 @@ def _check(shape):
         )
 
 
-def _fault_of(reason):
+def _fault_of(reason, crs):
     """Say it in words of the field; GEOS says "Self-intersection[4.5 2.25]"."""
     place = PLACE.search(reason)
     if place is None:
         return "the border of the area is faulty"
     east, north = (f"{float(one):.2f}" for one in place.groups())
+    # a file in degrees was brought into a zone of UTM, whose coordinates it has not
+    where = f"{east}, {north}" + ("" if crs is None else f" ({label_of(crs)})")
     if "self-intersection" in reason.lower():
-        return f"the border of the area crosses or touches itself at {east}, {north}"
-    return f"the border of the area is faulty at {east}, {north}"
+        return f"the border of the area crosses or touches itself at {where}"
+    return f"the border of the area is faulty at {where}"

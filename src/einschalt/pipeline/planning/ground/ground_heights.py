@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     import shapely
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
+LARGEST_ANGLE = 360.0
+IN_DEGREES = (
+    "These look like degrees: export the heights in a system in metres, such as that "
+    "of the plan"
+)
 FEWEST = 4  # heights in an area
 # as far beside an area heights are kept: of its extent, and at least [m]; photographs
 # are taken there, and lines lead over it
@@ -183,7 +188,9 @@ class GroundHeights:
             f"to {north:.0f} m",
             expected=f"{there[0]:.0f} to {there[2]:.0f} m and {there[1]:.0f} to "
             f"{there[3]:.0f} m, in {system}",
-            remedy="Plan in the system of the heights with --crs, or export the "
+            remedy=IN_DEGREES
+            if np.abs(places).max() <= LARGEST_ANGLE
+            else "Plan in the system of the heights with --crs, or export the "
             "heights of this area in that of the plan",
         )
 
