@@ -323,3 +323,13 @@ def test_german_hints_have_decimal_commas(invoke):
     said = invoke("--language", "de", "plan", "--target", "5").stderr
     assert "Waren es Zentimeter? 5 cm sind 0,05" in said
     assert invoke("--language", "de", "plan", "--target", "0,05").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("typed", "is_asked"),
+    [("0.3", True), ("0.3e0", True), ("300mm", False), ("30 cm", False)],
+)
+def test_nobody_who_wrote_a_unit_is_asked_for_it(typed, is_asked, invoke):
+    refused = invoke("plan", "--scale-number", "6000", "--spacing", typed)
+    assert "--spacing = 0.3; expected 0.5 to 50000 metres" in refused.stderr
+    assert ("Did you give kilometres?" in refused.stderr) == is_asked

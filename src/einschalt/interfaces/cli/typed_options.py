@@ -39,6 +39,8 @@ NAME_AT_FIRST = re.compile(
 NAME_WITHIN = re.compile(r"(?<![\w-])([a-z]+(?:_[a-z0-9]+)+)(?![\w-])")
 # a whole number that was read as one with decimals, behind the name of its option
 WHOLE = re.compile(r"^((?:  )?--[\w-]+(?:: \w+)? = -?\d+)\.0(?![\d.])", re.MULTILINE)
+OF_UNITS = re.compile(r"Did you give \w+")
+WITH_UNIT = re.compile(r"\d\s*(?!e[-+\d])[a-zµμ%]", re.IGNORECASE)
 # as messages advise a word in Python
 ASSIGNED = re.compile(r"""\b(\w+)=["']([^"']*)["']""")
 
@@ -122,9 +124,21 @@ def told_as_typed(error) -> str:
     return WHOLE.sub(r"\1", NAME_WITHIN.sub(_word_of, text))
 
 
+def _without_question_of_unit(error):
+    """The error without "Did you give kilometres?", where a unit was typed."""
+    option = NAME_AT_FIRST.match(getattr(error, "found", ""))
+    if option is None or not OF_UNITS.match(error.remedy or ""):
+        return error
+    values = typed_options().values
+    typed = values.get(option[1]) or values.get(OTHER_NAMES.get(option[1])) or ""
+    return error.with_facts(remedy="") if WITH_UNIT.search(typed) else error
+
+
 def _once(error):
     """Leave out problems that are the same as others when options are named."""
-    if not isinstance(error, BlockError) or any(map(_is_of_file, error.problems)):
+    if not isinstance(error, BlockError):
+        return _without_question_of_unit(error)
+    if any(map(_is_of_file, error.problems)):
         return error
     said = {str(as_typed(problem)): problem for problem in error.problems}
     if len(said) == len(error.problems):
