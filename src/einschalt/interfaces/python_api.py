@@ -20,6 +20,7 @@ from einschalt.foundations.arguments import (
     require_text,
 )
 from einschalt.foundations.errors import (
+    EinschaltError,
     FileError,
     SettingsError,
     name_some,
@@ -31,12 +32,13 @@ from einschalt.foundations.language import written_in
 from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.foundations.told_fields import with_fields_of
+from einschalt.interfaces.files.answers_in_python import OF_ARGUMENTS
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import require_columns, schema_in
 from einschalt.interfaces.files.result_folder import write_report, write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
-from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
 from einschalt.interfaces.notebook import cards
 from einschalt.interfaces.notebook.geodataframe import points_with_geometry
 from einschalt.interfaces.notebook.result_plots import ResultPlots
@@ -337,7 +339,10 @@ def read_points(
             return _foreign_points(foreign, path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))
     said = Said(columns, sheet, layer, decimal, crs)
-    table = understand_table(path, schema, said, beside=beside)
+    try:
+        table = understand_table(path, schema, said, beside=beside)
+    except EinschaltError as error:
+        raise answered_elsewhere(error, OF_ARGUMENTS) from None
     if table.crs is not None:
         is_geographic = {"longitude", "latitude"} <= set(table.frame)
         own = read_source_crs(table.crs)

@@ -8,6 +8,7 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.tables import Column, Schema
+from einschalt.interfaces.files.geopackage import write_geopackage
 from einschalt.interfaces.files.tables_by_suffix import (
     read_table,
     understand_table,
@@ -36,6 +37,34 @@ def test_other_usual_suffixes_are_read(tmp_path, written, read):
     (tmp_path / f"t{written}").rename(tmp_path / f"t{read}")
     back = read_table(tmp_path / f"t{read}", SCHEMA)
     pd.testing.assert_frame_equal(back.reset_index(drop=True), FRAME)
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "remedy"),
+    [
+        ("point_id,Y,X\nA,1,2\n", {}, "columns={"),
+        (
+            "point_id,east,northing\nA,1,2\n",
+            {"columns": {"easting": "E"}},
+            "Correct col",
+        ),
+        ("point_id;easting;northing\nA;1,234;2,345\n", {}, 'Give decimal=","'),
+    ],
+)
+def test_python_is_told_its_arguments_and_not_block_toml(text, said, remedy, tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(es.EinschaltError) as refused:
+        es.read_points(path, **said)
+    assert remedy in refused.value.remedy
+    assert "block.toml" not in str(refused.value)
+
+
+def test_a_layer_of_several_is_asked_for_by_its_argument(tmp_path, good_result):
+    write_geopackage(good_result, tmp_path / "block.gpkg")
+    for layer in (None, "point"):
+        with pytest.raises(es.EinschaltError, match="Say which by the argument layer"):
+            es.read_points(tmp_path / "block.gpkg", layer=layer)
 
 
 @pytest.mark.parametrize(

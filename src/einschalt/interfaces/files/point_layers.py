@@ -21,6 +21,7 @@ from einschalt.foundations.errors import (
     TableError,
     name_some,
 )
+from einschalt.foundations.near_words import nearest
 from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.input_files import read_once
@@ -122,9 +123,14 @@ def _chosen(names, layer, source, option):
     raise FileError(
         found,
         expected=name_some(names, 8),
-        remedy=f"Say which: {option.format(names[0])}" if names else "",
+        remedy=f"Say which: {option.format(_meant_of(names, layer))}" if names else "",
         file=source,
     )
+
+
+def _meant_of(names, layer):
+    """The layer that may be meant by another name; the first one where none is like."""
+    return (nearest(layer, names) if layer else None) or names[0]
 
 
 def _refuse_view(copy, name, source):

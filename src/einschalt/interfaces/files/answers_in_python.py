@@ -1,0 +1,18 @@
+"""Remedies of ``es.read_points``: what block.toml says of a table, arguments do."""
+
+# by words of the remedies in whose place they stand, the first that fits
+OF_ARGUMENTS = {
+    'Say which: layer = "': "Say which by the argument layer",
+    'Say which: sheet = "': "Say which by the argument sheet",
+    "Say columns = {easting": (
+        'Give columns={"easting": …, "northing": …}, or the crs, which tells its axes'
+    ),
+    "Say which: columns": (
+        "Give columns with the one that is meant, or rename the other"
+    ),
+    "Correct columns in block.toml": "Correct columns",
+    'Say decimal = ","': (
+        'Give decimal="," if they are decimal commas; otherwise take them out'
+    ),
+    'Take decimal = ","': "Leave decimal out, or correct the number",
+}
