@@ -152,7 +152,8 @@ def test_the_report_alone_is_a_page_that_loses_nothing(good_result, tmp_path):
     write_report(good_result, path)
     assert path.read_text(encoding="utf-8") == render(good_result)
     path.write_text("mine", encoding="utf-8")
-    with pytest.raises(es.EinschaltError, match="there is a file of this name"):
+    said = r"there is a file of this name.*\(in Python overwrite=True\)"
+    with pytest.raises(es.EinschaltError, match=said):
         write_report(good_result, path)
     write_report(good_result, path, overwrite=True)
     assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")

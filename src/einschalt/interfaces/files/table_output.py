@@ -78,7 +78,8 @@ def write_file(path, output, write):
             raise OutputError(
                 "there is a file of this name, which would be lost",
                 expected="a new name",
-                remedy="Name another file, or give --overwrite",
+                remedy="Name another file, or give --overwrite (in Python "
+                "overwrite=True)",
                 file=path,
             )
         with said_as_file_error(path):
