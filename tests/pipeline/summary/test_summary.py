@@ -177,3 +177,12 @@ def test_heights_are_said_not_to_be_judged(good_result):
 def test_a_name_cannot_add_lines(good_result):
     block = replace(good_result.block, name="a\nb")
     assert verdict(changed(good_result, block=block).assessment).startswith("a\\nb: ")
+
+
+def test_a_claim_that_explains_the_budget_is_nothing_to_mend_first(faulty_result):
+    """It stands first among the causes where approximate points share errors."""
+    told = faulty_result.assessment
+    credible = replace(told.credible, is_lower_bound=True)
+    causes = ("claim_that_does_not_stand",)
+    alone = replace(told, credible=credible, findings=(), causes=causes)
+    assert verdict(alone) == verdict(replace(alone, causes=()))

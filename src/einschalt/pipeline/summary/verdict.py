@@ -266,9 +266,10 @@ def _first(assessment):
     beside = next((f.code for f in findings if f.code in BESIDE_ANY_FIGURE), "")
     if beside or not assessment.credible.is_lower_bound:
         return beside
-    # the point that was left aside is named already
-    told = {LONE} if assessment.credible.left_aside else ()
-    causes = (code for code in assessment.causes if code not in told)
+    # a claim that explains the budget is nothing to mend, and the point that was left
+    # aside is named already
+    told = {LONE} if assessment.credible.left_aside else set()
+    causes = (code for code in assessment.causes if code in CAUSES.keys() - told)
     return next(causes, None) or _alone(findings)
 
 
