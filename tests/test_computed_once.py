@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import wraps
 
 import pytest
+from tests.photographs_onto_control import one_flight
 
 import einschalt as es
 from einschalt.interfaces.cli.work.densify import densify
@@ -31,6 +32,7 @@ from einschalt.pipeline.densification import (
 )
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.stages.error_propagation.error_model import ErrorModel
+from einschalt.stages.simultaneous import adjustment
 
 EVIDENCE = (
     (claim, "examine_claim"),
@@ -135,12 +137,28 @@ def test_gross_measurements_that_take_part_are_looked_for_once(counted, method):
     points = block.low_flight.model_points.copy()
     points.loc[points.index[20], "x"] += 0.4
     block = replace(block, low_flight=replace(block.low_flight, model_points=points))
-    counted(gross_errors, "_refused", key=lambda _, name, *__: (name,))
+    counted(gross_errors, "_refused", key=lambda searched, _: (*searched.flights,))
     result = es.densify(block, es.Settings(method=method, outliers="keep"))
     codes = [found.code for found in result.assessment.findings]
     assert codes[0] == "kept_gross_measurements"
     once = [("_refused", name) for name in block.flights]
     assert counted.calls == Counter(once)
+
+
+@pytest.mark.parametrize(
+    ("method", "outliers"),
+    [("two_step", "snoop"), ("simultaneous", "snoop"), ("auto", "huber")],
+)
+def test_gross_errors_of_one_flight_are_searched_once(counted, method, outliers):
+    """The two steps and one adjustment of all models ask for the same search."""
+    block = one_flight(seed=2)
+    counted(adjustment, "weigh_part")
+    counted(simultaneous, "simultaneous_adjustment")
+    result = es.densify(block, es.Settings(method=method, outliers=outliers))
+    assert result.assessment.findings
+    # in two steps it is tried whether one adjustment is better
+    assert counted.calls[("simultaneous_adjustment",)] == 2
+    assert counted.calls[("weigh_part",)] == 1
 
 
 def test_iterations_propagate_the_first_pass_once_more(tmp_path, counted):

@@ -195,7 +195,7 @@ def adjustment_beside(two_step) -> MethodChoice | None:
     solution = two_step.solution
     what = solution, solution.block, solution.settings, solution.flights
     try:
-        adjusted = examine(adjust_beside(*what), two_step)
+        adjusted = examine(adjust_beside(*what, solution.searched), two_step)
     except (GeometryError, TableError):  # what the two steps do not need
         return None
     return _if_better(SIMULTANEOUS, two_step, adjusted)

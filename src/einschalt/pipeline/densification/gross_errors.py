@@ -14,12 +14,14 @@ import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.key_columns import rows_among
-from einschalt.pipeline.densification.simultaneous import PLANE_KINDS, block_tables
-from einschalt.stages.simultaneous.adjustment import (
-    AdjustmentOptions,
-    simultaneous_adjustment,
+from einschalt.pipeline.densification.simultaneous import (
+    PLANE_KINDS,
+    SearchedFlights,
+    searched_flights,
 )
+from einschalt.stages.simultaneous.adjustment import AdjustmentOptions
 from einschalt.stages.simultaneous.observations import SPATIAL
+from einschalt.stages.simultaneous.searches import Searches
 
 HIGH = "high_flight"
 KEY = ["coverage", "model_id", "point_id"]
@@ -38,27 +40,33 @@ class GrossMeasurements:
     # [, residual_height] (what the model misses the point by) [m], w, p_value
     table: pd.DataFrame
     rows: dict  # of each flight, which of its model points they are
+    searched: SearchedFlights  # what an adjustment of all flights may share
 
 
-def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
+def find_gross_measurements(
+    block, flights, settings, searched=None
+) -> GrossMeasurements:
     """Find the measurements that contradict the other models of their flight.
 
     All measurements of a point in the high flight where they contradict each other and
     none is confirmed, and the only one of a control point. None of a flight that cannot
-    be adjusted simultaneously, and none with ``outliers = "keep"``.
+    be adjusted simultaneously, and none with ``outliers = "keep"``. ``searched`` are
+    SearchedFlights that an adjustment of these flights shares.
     """
+    searched = searched_flights(block, flights, searched)
     found = [no_gross_measurements()]
     if settings.outliers != "keep":
-        found = [
-            _refused(block, name, flight, settings.significance)
-            for name, flight in flights.items()
-        ]
+        parts = [searched]
+        if len(flights) > 1:
+            none = Searches(are_kept=False)
+            parts = [SearchedFlights(block, {k: flights[k]}, none) for k in flights]
+        found = [_refused(part, settings.significance) for part in parts]
     table = pd.concat(found, ignore_index=True)
     rows = {
         name: is_gross(table, name, flight.model_points)
         for name, flight in flights.items()
     }
-    return GrossMeasurements(table, rows)
+    return GrossMeasurements(table, rows, searched)
 
 
 def no_gross_measurements():
@@ -75,16 +83,16 @@ def is_gross(table, flight, model_points):
     return rows_among(model_points, table.loc[is_own, KEY], KEY)
 
 
-def _refused(block, name, flight, significance):
+def _refused(searched, significance):
     """Gross errors of one flight."""
+    block, (name,) = searched.block, searched.flights
     transformation = block.flights[name].transformation
     kinds = (*PLANE_KINDS, SPATIAL)
     if block.control_points is None or transformation not in kinds:
         return no_gross_measurements()
-    tables = block_tables(block, {name: flight}, {name: transformation})
     options = AdjustmentOptions(outliers="snoop", significance=significance)
     try:
-        residuals = simultaneous_adjustment(tables, options).residuals
+        residuals = searched.adjusted(options).residuals
     # too little hangs together: two steps ask for less
     except GeometryError:
         return no_gross_measurements()

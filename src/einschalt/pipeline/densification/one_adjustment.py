@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from operator import attrgetter
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
@@ -19,10 +20,13 @@ from einschalt.pipeline.densification.result_tables import (
     with_roles,
 )
 from einschalt.pipeline.densification.simultaneous import (
+    DIFFERENCES,
+    STANDARD_ERRORS,
     adjust_flights,
     bend_for_adjustment,
     distribute_adjusted,
-    point_columns,
+    searched_flights,
+    unknown_error,
 )
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.densification.two_steps import (
@@ -83,19 +87,26 @@ def solve_in_one_adjustment(
     ``flights`` after stage 2; ``known`` is what the two steps beside it may take. A
     GeometryError where nothing of the block can be determined.
     """
+    gross = known.get("gross")
+    searched = searched_flights(block, flights, gross and gross.searched)
+    known["searched"] = searched
     in_two_steps = _beside(block, settings, flights, report_progress, **known)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
-    return adjust_beside(in_two_steps, block, settings, flights)
+    return adjust_beside(in_two_steps, block, settings, flights, searched)
 
 
-def adjust_beside(in_two_steps, block, settings, flights) -> SimultaneousSolution:
+def adjust_beside(
+    in_two_steps, block, settings, flights, searched=None
+) -> SimultaneousSolution:
     """Adjust a block whose two steps are computed already.
 
-    A GeometryError where nothing of the block can be determined.
+    ``searched`` are SearchedFlights that may be these. A GeometryError where nothing of
+    the block can be determined.
     """
-    adjusted = adjust_flights(block, settings, flights)
-    two_step = _of_what_it_holds(in_two_steps, adjusted, block, settings, flights)
-    points = point_columns(block, flights, adjusted, two_step)
+    searched = searched_flights(block, flights, searched)
+    adjusted = adjust_flights(block, settings, flights, searched)
+    two_step = _of_what_it_holds(in_two_steps, adjusted, settings, searched)
+    points = _point_columns(block, flights, adjusted, two_step)
     if settings.outliers != "keep":
         points = points.assign(is_set_aside=_are_set_aside(adjusted, points))
     points = with_roles(points, block.control_points)
@@ -120,6 +131,40 @@ def adjust_beside(in_two_steps, block, settings, flights) -> SimultaneousSolutio
     )
 
 
+def _point_columns(block, flights, adjusted, two_step):
+    """Adjusted points with the columns of every densified point.
+
+    A point is suspect with a residual or with given coordinates that contradict.
+    ``standard_error_paper`` and ``standard_error_internal`` are those of two steps,
+    ``two_step_easting``, ``two_step_northing`` its coordinates. Standard errors are
+    left out where the size of a source of error is not known.
+    """
+    points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
+    errors = {name: oriented.errors for name, oriented in flights.items()}
+    if unknown_error(block, errors, adjusted.tables):
+        points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
+    place = points.columns.get_loc("n_models")
+    beside = _of_two_steps(points["point_id"], two_step)
+    for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
+        points.insert(place + k, name, beside[name].to_numpy())
+    points["is_suspect"] = points["point_id"].isin(_suspects(adjusted))
+    for name in ("easting", "northing"):
+        points[f"two_step_{name}"] = beside[name].to_numpy()
+    return points
+
+
+def _suspects(adjusted):
+    tables = (adjusted.residuals, adjusted.control)
+    return pd.concat([t.loc[t["is_suspect"], "point_id"] for t in tables]).unique()
+
+
+def _of_two_steps(point_id, two_step):
+    names = ["easting", "northing", "standard_error_paper", "standard_error_internal"]
+    if not two_step.is_possible:
+        return pd.DataFrame(np.nan, index=point_id, columns=names)
+    return two_step.points.set_index("point_id")[names].reindex(point_id)
+
+
 def _taken_out(adjusted, settings):
     """Measurements that data snooping took out of the adjustment, the worst first."""
     if settings.outliers != "snoop":  # named only, or of less weight
@@ -135,13 +180,14 @@ def _are_set_aside(adjusted, points):
     return points["point_id"].isin(names).to_numpy()
 
 
-def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
+def _of_what_it_holds(in_two_steps, adjusted, settings, searched):
     """The two steps of the models and measurements that an adjustment holds.
 
     What a model does that was given up is in none of its points: it would draw the two
     steps beside them, and what is tested by these, as if it were. So would what a
     robust norm leaves of a gross error, which is more where a model alone bears it.
     """
+    block, flights = searched.block, searched.flights
     lost = adjusted.failures[["flight", *MODEL]]
     has_less_weight = _has_gross_errors_of_less_weight(adjusted, flights, settings)
     if not (len(lost) or has_less_weight) or not in_two_steps.is_possible:
@@ -149,8 +195,9 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
     if has_less_weight:
         settings = settings.updated({"outliers": "snoop"})
         flights = _oriented_without_gross_errors(block, settings, flights)
+        searched = searched_flights(block, flights, searched)
         if not adjusted.loses_no_others:
-            also = _lost_without_gross_errors(block, settings, flights)
+            also = _lost_without_gross_errors(searched, settings)
             lost = pd.concat([lost, also])
     held = {
         name: oriented.without_models(lost[lost["flight"] == name])
@@ -161,16 +208,18 @@ def _of_what_it_holds(in_two_steps, adjusted, block, settings, flights):
     for name, oriented in held.items():
         if oriented.model_points.empty:
             return WithoutTwoSteps(block, held, NOTHING_HELD[name])
-    return _beside(block, settings, held, lambda *_: None, before=in_two_steps)
+    known = {"before": in_two_steps, "searched": searched}
+    return _beside(block, settings, held, lambda *_: None, **known)
 
 
-def _lost_without_gross_errors(block, settings, flights):
+def _lost_without_gross_errors(searched, settings):
     """Models that an adjustment without gross errors gives up: flight and name.
 
     A robust norm holds a model whatever contradicts it.
     """
+    what = searched.block, settings, searched.flights, searched
     try:
-        lost = adjust_flights(block, settings, flights).failures
+        lost = adjust_flights(*what).failures
     except GeometryError:  # it holds nothing, and tells nothing of single models
         return pd.DataFrame(columns=["flight", *MODEL])
     return lost[["flight", *MODEL]]

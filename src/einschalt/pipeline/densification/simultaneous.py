@@ -1,7 +1,8 @@
 """The simultaneous adjustment of a block: both flights and the control at once."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -44,6 +45,7 @@ from einschalt.stages.simultaneous.own_deformation import (
     sampled_part,
     with_errors_that_show,
 )
+from einschalt.stages.simultaneous.searches import Searches
 from einschalt.stages.simultaneous.shared_control import SharedErrors
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage4_error_propagation import CONTROL_UNKNOWN
@@ -266,17 +268,59 @@ def _require_control(block):
         )
 
 
-def adjust_flights(block, settings, flights):
-    """Adjust all flights of a block, after stage 2, as its settings say."""
-    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+@dataclass(frozen=True, eq=False)
+class SearchedFlights:
+    """Flights of a block, adjusted together for one purpose after the other.
+
+    Gross errors are looked for where a flight hangs together, and again where all
+    flights are adjusted: in a block of one flight this is the same.
+    """
+
+    block: Block
+    flights: dict  # RelativeOrientation of each
+    searches: Searches  # what the adjustments share
+
+    @cached_property
+    def tables(self):
+        """Observations of the flights, BlockTables."""
+        kinds = {name: self.block.flights[name].transformation for name in self.flights}
+        return block_tables(self.block, self.flights, kinds)
+
+    def are_of(self, block, flights) -> bool:
+        """Whether they are these flights of this block, and no others."""
+        return (
+            self.block is block
+            and self.flights.keys() == flights.keys()
+            and all(self.flights[name] is flights[name] for name in flights)
+        )
+
+    def adjusted(self, options) -> BlockAdjustment:
+        """Adjust the flights; errors as of :func:`simultaneous_adjustment`."""
+        return simultaneous_adjustment(self.tables, options, self.searches)
+
+
+def searched_flights(block, flights, known=None) -> SearchedFlights:
+    """Flights of a block, as they are known if these are the same.
+
+    Only of a block of one flight do its adjustments share anything.
+    """
+    if known is not None and known.are_of(block, flights):
+        return known
+    return SearchedFlights(block, flights, Searches(are_kept=len(flights) == 1))
+
+
+def adjust_flights(block, settings, flights, searched=None):
+    """Adjust all flights of a block, after stage 2, as its settings say.
+
+    ``searched`` are SearchedFlights that may be these.
+    """
     options = AdjustmentOptions(
         outliers=settings.outliers,
         significance=settings.significance,
         deformation=settings.model_deformation,
         variance_components=settings.variance_components,
     )
-    tables = block_tables(block, flights, kinds)
-    return simultaneous_adjustment(tables, options)
+    return searched_flights(block, flights, searched).adjusted(options)
 
 
 def bend_for_adjustment(block, flights, kinds=None):
@@ -297,40 +341,6 @@ def bend_for_adjustment(block, flights, kinds=None):
             return None  # the adjustment itself says why
 
     return bend_flights(block, flights, kinds, place=place)
-
-
-def point_columns(block, flights, adjusted, two_step):
-    """Adjusted points with the columns of every densified point.
-
-    A point is suspect with a residual or with given coordinates that contradict.
-    ``standard_error_paper`` and ``standard_error_internal`` are those of two steps,
-    ``two_step_easting``, ``two_step_northing`` its coordinates. Standard errors are
-    left out where the size of a source of error is not known.
-    """
-    points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
-    errors = {name: oriented.errors for name, oriented in flights.items()}
-    if unknown_error(block, errors, adjusted.tables):
-        points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
-    place = points.columns.get_loc("n_models")
-    beside = _of_two_steps(points["point_id"], two_step)
-    for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
-        points.insert(place + k, name, beside[name].to_numpy())
-    points["is_suspect"] = points["point_id"].isin(_suspects(adjusted))
-    for name in ("easting", "northing"):
-        points[f"two_step_{name}"] = beside[name].to_numpy()
-    return points
-
-
-def _suspects(adjusted):
-    tables = (adjusted.residuals, adjusted.control)
-    return pd.concat([t.loc[t["is_suspect"], "point_id"] for t in tables]).unique()
-
-
-def _of_two_steps(point_id, two_step):
-    names = ["easting", "northing", "standard_error_paper", "standard_error_internal"]
-    if not two_step.is_possible:
-        return pd.DataFrame(np.nan, index=point_id, columns=names)
-    return two_step.points.set_index("point_id")[names].reindex(point_id)
 
 
 def unknown_error(block, errors, tables):

@@ -40,7 +40,10 @@ from einschalt.pipeline.densification.result_tables import (
     with_roles,
     with_standard_errors,
 )
-from einschalt.pipeline.densification.simultaneous import own_deformation_of
+from einschalt.pipeline.densification.simultaneous import (
+    SearchedFlights,
+    own_deformation_of,
+)
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
@@ -71,6 +74,9 @@ from einschalt.theory.block_adjustment.own_deformation_size import MOST_MODELS
 
 PLANE_POINT = ["point_id", "easting", "northing"]
 VALUE_COLUMNS = [*MODEL, *PLANE_POINT]
+# rows of models of a block that is small enough to be computed once more; of a larger
+# one what was searched is not kept in memory
+MOST_KEPT = 20_000
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -107,6 +113,8 @@ class TwoStepSolution(Solution):
         Every pass of the low flight; None where it was made only once.
     own_deformation : OwnDeformation or None
         What each model is bent by for itself; None where nothing shows.
+    searched : SearchedFlights or None
+        What an adjustment of the same flights may share; None of a large block.
     """
 
     single_values: pd.DataFrame
@@ -121,6 +129,7 @@ class TwoStepSolution(Solution):
     propagation: ErrorModel | None
     iteration: Iteration | None
     own_deformation: OwnDeformation | None
+    searched: SearchedFlights | None
 
     is_possible = True
 
@@ -195,17 +204,25 @@ def no_moves():
 
 
 def solve_in_two_steps(
-    block, settings, flights, report_progress, *, before=None, gross=None
+    block,
+    settings,
+    flights,
+    report_progress,
+    *,
+    before=None,
+    gross=None,
+    searched=None,
 ) -> TwoStepSolution:
     """Densify a block in two steps.
 
     ``flights`` after stage 2. Where they are known, ``before`` is a solution of it with
-    other settings, and ``gross`` are the gross measurements of this block and these
-    flights. A GeometryError where not one model of a flight could be used.
+    other settings, ``gross`` are the gross measurements of this block and these
+    flights, and ``searched`` the SearchedFlights that find them. A GeometryError where
+    not one model of a flight could be used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
     if gross is None:
-        gross = find_gross_measurements(block, flights, settings)
+        gross = find_gross_measurements(block, flights, settings, searched)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
@@ -239,9 +256,15 @@ def solve_in_two_steps(
         propagation=model,
         iteration=iteration,
         own_deformation=own,
+        searched=_if_small(gross.searched),
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
     )
+
+
+def _if_small(searched):
+    rows = (len(oriented.model_points) for oriented in searched.flights.values())
+    return searched if sum(rows) <= MOST_KEPT else None
 
 
 def _own_deformation(before, block, settings, flights, approximations):

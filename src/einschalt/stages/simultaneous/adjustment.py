@@ -1,7 +1,7 @@
 """The simultaneous adjustment: all models of all flights with the control at once."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
@@ -24,12 +24,14 @@ from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import (
     clean_part,
     stands_without_gross_errors,
+    weigh_part,
 )
 from einschalt.stages.simultaneous.own_deformation import (
     bent_part,
     find_own_deformation,
     is_detected,
 )
+from einschalt.stages.simultaneous.searches import Searches
 from einschalt.stages.simultaneous.shared_control import with_group_sizes
 from einschalt.stages.simultaneous.summary_text import summary_text
 from einschalt.stages.simultaneous.tables import (
@@ -221,14 +223,17 @@ class BlockAdjustment(ModelResult):
         return summary_text(self)
 
 
-def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
+def simultaneous_adjustment(tables, options=None, searches=None) -> BlockAdjustment:
     """Adjust all models of all flights with the control at once.
 
     What cannot be determined is a row of ``failures``; the rest is adjusted.
+    ``searches`` are Searches that all adjustments of these tables share.
     GeometryError where nothing can be determined, or spatial models do not converge.
     """
+    options = options or AdjustmentOptions()
+    searches = searches or Searches(are_kept=False)
     try:
-        return _adjust_tables(tables, options or AdjustmentOptions())
+        return _adjust_tables(tables, options, searches)
     except UndeterminedTermsError as error:
         raise GeometryError(
             "The points of the models do not determine the deformation that they share",
@@ -259,7 +264,7 @@ def _still_moving(tables, error):
     return tables.models["model_id"].iloc[part.models[error.model]]
 
 
-def _adjust_tables(tables, options):
+def _adjust_tables(tables, options, searches):
     """Adjust the models that can be placed; one that cannot is given up by itself.
 
     Where that would be half of them, it is the block that cannot be adjusted: the first
@@ -270,7 +275,7 @@ def _adjust_tables(tables, options):
     n_most, given_up = np.count_nonzero(verdicts.is_fine) // 2, []
     while True:
         try:
-            adjusted = _adjust_part(tables, part, verdicts, options)
+            adjusted = _adjust_part(tables, part, verdicts, options, searches)
             return replace(adjusted, loses_no_others=False) if given_up else adjusted
         except (NoConvergenceError, ContradictedModelError) as error:
             placed = np.flatnonzero(verdicts.is_fine)
@@ -284,7 +289,7 @@ def _adjust_tables(tables, options):
             part = _part_of(tables, verdicts)
 
 
-def _adjust_part(tables, part, verdicts, options):
+def _adjust_part(tables, part, verdicts, options, searches):
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
         cause = determinacy.why_loose(part.observations, loose)
@@ -294,21 +299,38 @@ def _adjust_part(tables, part, verdicts, options):
     if tables.is_centre.any():
         part = tables.observations.of_models(verdicts.is_fine)
         solution = adjust_spatially(part.observations, solution.placement)
-    tests, solution, weighed, cleaned = _cleaned(tables, part, solution, options)
+    search = partial(weigh_part, tables, part, solution, options)
+    if options.outliers != "keep":
+        search = partial(searches.weighed, verdicts.verdict, options, search)
+    tests, solution, weighed, cleaned = _cleaned(
+        tables, part, solution, options, search
+    )
     # its sizes stand beside those of the random errors, which must be known before
     both = [weighed]
     own = find_own_deformation(tables, weighed, solution, options.deformation)
     if options.deformation == "modelled" and is_detected(own):
         part = bent_part(part, weighed, own)
         solution = solution.readjusted(part.observations)
-        weighed, cleaned = clean_part(tables, part, solution, options)
+        weighed = weigh_part(tables, part, solution, options)
+        cleaned = clean_part(weighed, options)
         both.append(weighed)
+    judge = partial(_judged, tables, weighed, cleaned, verdicts, options)
+    snoops = options.outliers == "snoop"
+    result = searches.followed(weighed, judge) if snoops else judge()
+    deformations = deformation_table(tables, result.solution, (tests, own), options)
+    return replace(
+        result,
+        deformations=deformations,
+        loses_no_others=_loses_no_others(tables, both, options),
+    )
+
+
+def _judged(tables, weighed, cleaned, verdicts, options):
+    """Result of an adjustment without its deformations, control judged by it."""
     control = examine_control(cleaned.solution, options.significance)
     if options.outliers != "keep":
         cleaned = replace(cleaned, solution=control.without)
-    deformations = deformation_table(tables, cleaned.solution, (tests, own), options)
-    result = _result(tables, weighed, cleaned, verdicts, control, deformations, options)
-    return replace(result, loses_no_others=_loses_no_others(tables, both, options))
+    return _result(tables, weighed, cleaned, verdicts, control, options)
 
 
 def _loses_no_others(tables, weighed, options):
@@ -323,14 +345,17 @@ def _loses_no_others(tables, weighed, options):
     return is_plane or stands_without_gross_errors(weighed, options.significance)
 
 
-def _cleaned(tables, part, solution, options):
+def _cleaned(tables, part, solution, options, search):
     """Deal with gross errors and with deformations that the models of a flight share.
 
     A gross error passes for a deformation, or hides one: where there are some, the
-    tests are made once more without them.
+    tests are made once more without them. ``search()`` looks for gross errors without
+    any deformation.
     """
     tests, found = _examined(solution, options)
-    weighed, cleaned = clean_part(tables, part, found, options)
+    is_same = found is solution
+    weighed = search() if is_same else weigh_part(tables, part, found, options)
+    cleaned = clean_part(weighed, options)
     if not tests or not (cleaned.is_out.any() or options.outliers in NORMS):
         return tests, found, weighed, cleaned
     start = cleaned.solution
@@ -339,7 +364,8 @@ def _cleaned(tables, part, solution, options):
     tests, again = _examined(start, options)
     if again.terms != found.terms:
         found = solution.with_terms(again.terms)
-        weighed, cleaned = clean_part(tables, part, found, options)
+        weighed = weigh_part(tables, part, found, options)
+        cleaned = clean_part(weighed, options)
     return tests, found, weighed, cleaned
 
 
@@ -452,7 +478,7 @@ def _of_norm(tables, weighed, options):
     return covariances(*given, weighed.block.solution).points * ratio
 
 
-def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
+def _result(tables, weighed, cleaned, verdicts, control, options):
     part, solution = weighed.part, cleaned.solution
     rows = failed_models(tables, verdicts)
     failures = failures_table([row[1:] for row in rows])
@@ -476,7 +502,7 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
             tables, part, solution, control, is_set_aside=options.outliers != "keep"
         ),
         common=common_table(tables, solution),
-        deformations=deformations,
+        deformations=pd.DataFrame(),
         failures=failures,
         s_0=solution.s_0 / np.sqrt(known.unit_variance),
         redundancy=solution.redundancy,

@@ -32,20 +32,14 @@ from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceErro
 MOST_ROUNDS = 6
 
 
-def clean_part(tables, part, solution, options) -> tuple[Weighed, CleanedBlock]:
-    """Give the groups of a part the errors that they show, and deal with gross ones.
-
-    ``solution`` is that of the part.
-    """
-    weighed = _weighed(tables, part, solution, options)
+def clean_part(weighed, options) -> CleanedBlock:
+    """Deal with the gross errors of a part that was weighed."""
     observations, block = weighed.part.observations, weighed.block
     if options.outliers == "keep":
-        cleaned = CleanedBlock(block.solution, block.is_out, block.is_out)
-    elif options.outliers == "snoop":
-        cleaned = with_all_control(block, observations)
-    else:
-        cleaned = downweight(block, observations, options.outliers)
-    return weighed, cleaned
+        return CleanedBlock(block.solution, block.is_out, block.is_out)
+    if options.outliers == "snoop":
+        return with_all_control(block, observations)
+    return downweight(block, observations, options.outliers)
 
 
 def stands_without_gross_errors(weighed, significance) -> bool:
@@ -62,8 +56,12 @@ def stands_without_gross_errors(weighed, significance) -> bool:
     return True
 
 
-def _weighed(tables, part, solution, options):
-    """Sizes of errors, and the block without gross ones where these are looked for."""
+def weigh_part(tables, part, solution, options) -> Weighed:
+    """Give the groups of a part the errors that they show, without gross ones.
+
+    ``solution`` is that of the part. Gross errors are looked for unless they are to be
+    kept, and in the same way whatever is to become of them.
+    """
     estimates_all = options.variance_components == "estimated"
     if options.outliers == "keep":
         block = OutlierFreeBlock.whole(solution)
