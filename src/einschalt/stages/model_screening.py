@@ -15,6 +15,7 @@ from einschalt.stages.correlated_residuals import (
     tested_beside,
 )
 from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
+from einschalt.stages.results import OUTLIERS
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
@@ -26,7 +27,6 @@ from einschalt.theory.transformation.robust_plane import fit_plane_robustly
 KEY = ["coverage", "model_id", "point_id"]
 GROUND_NAMES = ("easting", "northing", "height")
 TESTS = ["w", "p_value", "is_suspect"]
-OUTLIERS = ("keep", "snoop", "huber", "tukey")
 
 
 def screen_models(

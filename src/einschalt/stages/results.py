@@ -10,6 +10,7 @@ from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.names import rows_of_names
 
 FAILURE_COLUMNS = ["coverage", "model_id", "stage", "reason", "remedy"]
+OUTLIERS = ("keep", "snoop", "huber", "tukey")  # what happens to gross errors
 
 
 class Result(ABC):

@@ -22,7 +22,6 @@ from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
-from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous.adjustment import (
     DEFORMATIONS,
     AdjustmentOptions,
@@ -36,6 +35,7 @@ from einschalt.stages.simultaneous.image_errors import MeasuredImages, centres_b
 from einschalt.stages.simultaneous.observations import (
     CENTRE,
     SPATIAL,
+    BlockTables,
     MeasuredFlight,
     code_block,
 )
@@ -47,7 +47,10 @@ from einschalt.stages.simultaneous.own_deformation import (
 )
 from einschalt.stages.simultaneous.searches import Searches
 from einschalt.stages.simultaneous.shared_control import SharedErrors
-from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.stages.stage2_relative_orientation import (
+    RelativeOrientation,
+    relative_orientation,
+)
 from einschalt.stages.stage4_error_propagation import CONTROL_UNKNOWN
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
@@ -277,16 +280,16 @@ class SearchedFlights:
     """
 
     block: Block
-    flights: dict  # RelativeOrientation of each
+    flights: dict[str, RelativeOrientation]
     searches: Searches  # what the adjustments share
 
     @cached_property
-    def tables(self):
-        """Observations of the flights, BlockTables."""
+    def tables(self) -> BlockTables:
+        """Observations of the flights."""
         kinds = {name: self.block.flights[name].transformation for name in self.flights}
         return block_tables(self.block, self.flights, kinds)
 
-    def are_of(self, block, flights) -> bool:
+    def are_of(self, block: Block, flights: dict[str, RelativeOrientation]) -> bool:
         """Whether they are these flights of this block, and no others."""
         return (
             self.block is block
@@ -294,7 +297,7 @@ class SearchedFlights:
             and all(self.flights[name] is flights[name] for name in flights)
         )
 
-    def adjusted(self, options) -> BlockAdjustment:
+    def adjusted(self, options: AdjustmentOptions) -> BlockAdjustment:
         """Adjust the flights; errors as of :func:`simultaneous_adjustment`."""
         return simultaneous_adjustment(self.tables, options, self.searches)
 
@@ -376,6 +379,11 @@ def distribute_adjusted(block, settings, points):
     """
     if settings.residual_distribution == "none":
         return points
+    # imported where residuals are distributed: most blocks do without
+    from einschalt.stages.residual_distribution import (  # noqa: PLC0415
+        distribute_residuals,
+    )
+
     moved = distribute_residuals(
         points, block.control_points, settings.residual_distribution
     ).points

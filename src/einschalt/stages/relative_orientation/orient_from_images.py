@@ -24,7 +24,7 @@ from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.relative_orientation.image_orientation import ImageOrientation
 from einschalt.stages.relative_orientation.image_units import unit_fault
-from einschalt.stages.results import failures_table
+from einschalt.stages.results import OUTLIERS, failures_table
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.relative_orientation import coplanarity
@@ -58,7 +58,6 @@ from einschalt.theory.relative_orientation.robust_orientation import (
 STAGE = "stage2_relative_orientation"
 KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
-OUTLIERS = ("keep", "snoop", "huber", "tukey")
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0

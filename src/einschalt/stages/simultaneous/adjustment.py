@@ -8,7 +8,12 @@ import pandas as pd
 
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, name_some
-from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.results import (
+    OUTLIERS,
+    Estimates,
+    ModelResult,
+    failures_table,
+)
 from einschalt.stages.simultaneous.failed_models import (
     STAGE,
     failed_models,
@@ -66,7 +71,6 @@ from einschalt.theory.block_adjustment.spatial_solution import (
     adjust_spatially,
 )
 
-OUTLIERS = ("keep", "snoop", "huber", "tukey")
 COMPONENTS = ("given", "estimated")
 DEFORMATIONS = ("ignored", "tested", "modelled")
 GIVEN_UP = {
@@ -301,7 +305,7 @@ def _adjust_part(tables, part, verdicts, options, searches):
         solution = adjust_spatially(part.observations, solution.placement)
     search = partial(weigh_part, tables, part, solution, options)
     if options.outliers != "keep":
-        search = partial(searches.weighed, verdicts.verdict, options, search)
+        search = partial(searches.weighed, _key_of(verdicts, options), search)
     tests, solution, weighed, cleaned = _cleaned(
         tables, part, solution, options, search
     )
@@ -323,6 +327,12 @@ def _adjust_part(tables, part, verdicts, options, searches):
         deformations=deformations,
         loses_no_others=_loses_no_others(tables, both, options),
     )
+
+
+def _key_of(verdicts, options):
+    """All that a search for gross errors depends on, beside the tables."""
+    models = verdicts.verdict.tobytes()
+    return models, options.common, options.significance, options.variance_components
 
 
 def _judged(tables, weighed, cleaned, verdicts, options):

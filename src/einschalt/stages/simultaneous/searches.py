@@ -4,9 +4,14 @@ What is looked for does not depend on what is to become of them, nor on deformat
 models that the adjustment finds afterwards. So adjustments of the same tables share it.
 """
 
+from collections.abc import Callable, Hashable
+from typing import TypeVar
+
+from einschalt.stages.simultaneous.variance_components import Weighed
 from einschalt.theory.block_adjustment.gross_errors import ContradictedModelError
 from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
 
+Result = TypeVar("Result")
 # what ends a search; the adjustment then gives a model up and begins anew
 ENDS = (NoConvergenceError, ContradictedModelError)
 
@@ -18,25 +23,19 @@ class Searches:
     is held.
     """
 
-    def __init__(self, *, are_kept=True):
+    def __init__(self, *, are_kept: bool = True) -> None:
         self._are_kept = are_kept
-        self._weighed = {}  # by the models and options of a search: Weighed, or its end
+        self._weighed = {}  # by the key of a search: Weighed, or its end
         self._results = {}  # by Weighed: what follows from it, None until it is known
 
-    def weighed(self, models, options, search):
-        """What ``search()`` finds, looked for once with these models and options.
+    def weighed(self, key: Hashable, search: Callable[[], Weighed]) -> Weighed:
+        """What ``search()`` finds, looked for once with this key.
 
-        ``models`` are the verdicts on all models of the tables; ``options`` those of
-        an adjustment that deals with gross errors. Raises what ended the search.
+        The key has all that a search of these tables depends on. Raises what ended the
+        search.
         """
         if not self._are_kept:
             return search()
-        key = (
-            models.tobytes(),
-            options.common,
-            options.significance,
-            options.variance_components,
-        )
         if key not in self._weighed:
             try:
                 self._weighed[key] = search()
@@ -48,7 +47,7 @@ class Searches:
             raise found.with_traceback(None)
         return found
 
-    def followed(self, weighed, follow):
+    def followed(self, weighed: Weighed, follow: Callable[[], Result]) -> Result:
         """What ``follow()`` makes of ``weighed``, made once if that was found here."""
         if weighed not in self._results:
             return follow()
