@@ -46,6 +46,7 @@ ROOMS_OF_INTERFACES = [
     "batch",
     "python_plans",
     "python_api",
+    "python_simulation",
     "local_page",
     "cli",
 ]

@@ -19,8 +19,8 @@ import pytest
 import einschalt as es
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.interfaces.notebook.result_plots import ResultPlots
-from einschalt.interfaces.python_api import SimulatedBlock
 from einschalt.interfaces.python_plans import CheckedPlan
+from einschalt.interfaces.python_simulation import SimulatedBlock
 from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.layout import AreaLayout

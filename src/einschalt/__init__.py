@@ -35,8 +35,6 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_api import densify_many as densify_many
     from einschalt.interfaces.python_api import read_block as read_block
     from einschalt.interfaces.python_api import read_points as read_points
-    from einschalt.interfaces.python_api import simulate_block as simulate_block
-    from einschalt.interfaces.python_api import simulate_plan as simulate_plan
     from einschalt.interfaces.python_plans import AreaPlan as AreaPlan
     from einschalt.interfaces.python_plans import CheckedPlan as CheckedPlan
     from einschalt.interfaces.python_plans import ExpectedPrecision as ExpectedPrecision
@@ -45,6 +43,8 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_plans import find_plans as find_plans
     from einschalt.interfaces.python_plans import plan_area as plan_area
     from einschalt.interfaces.python_plans import plan_target as plan_target
+    from einschalt.interfaces.python_simulation import simulate_block as simulate_block
+    from einschalt.interfaces.python_simulation import simulate_plan as simulate_plan
     from einschalt.pipeline.block.block import Flight as Flight
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
@@ -130,8 +130,8 @@ _HOME = {
     "PlanCosts": f"{_PLANNING}.flights.costs",
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
-    "simulate_block": "einschalt.interfaces.python_api",
-    "simulate_plan": "einschalt.interfaces.python_api",
+    "simulate_block": "einschalt.interfaces.python_simulation",
+    "simulate_plan": "einschalt.interfaces.python_simulation",
     "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
     "BlockNoise": "einschalt.pipeline.simulation.simulate_block",
     "EinschaltError": "einschalt.foundations.errors",

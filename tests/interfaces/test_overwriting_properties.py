@@ -16,7 +16,7 @@ from tests.changed_results import from_elsewhere
 from typer.testing import CliRunner
 
 import einschalt as es
-from einschalt.interfaces import python_api
+from einschalt.interfaces import python_api, python_simulation
 from einschalt.interfaces.batch import block_run
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import orientation_folder, result_folder
@@ -113,7 +113,7 @@ def quick(template):
         patch.setattr(python_api, "densify", densify)
         patch.setattr(block_run, "densify", densify)
         patch.setattr(python_api, "chosen_engine", lambda *_: InThisProcess())
-        patch.setattr(python_api, "simulate_block", lambda *_, **__: simulated)
+        patch.setattr(python_simulation, "simulate_block", lambda *_, **__: simulated)
         # PROJ searches a database that is written, for seconds, and writes nothing
         patch.setattr(publish, "require_database_returns", lambda *_: None)
         patch.setattr(result_folder, "render", lambda _: "<!doctype html>")

@@ -43,28 +43,17 @@ from einschalt.interfaces.notebook import cards
 from einschalt.interfaces.notebook.geodataframe import points_with_geometry
 from einschalt.interfaces.notebook.result_plots import ResultPlots
 from einschalt.interfaces.programs import block_tables
-from einschalt.interfaces.programs.export import Exported
-from einschalt.interfaces.programs.export import export as export_result
-from einschalt.interfaces.publication.publish import Publication, publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
 from einschalt.pipeline.block import block as checked
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import simulate_block as simulated
-from einschalt.pipeline.simulation.geometry import BlockGeometry
-from einschalt.pipeline.simulation.noise import BlockNoise
 
 if TYPE_CHECKING:
     import geopandas
 
-    from einschalt.pipeline.planning.area.recommended import AreaPlan
-    from einschalt.pipeline.planning.choice.check import CheckedPlan
-    from einschalt.pipeline.planning.estimate.search import PlanFrame
-    from einschalt.pipeline.planning.flights.flight_design import FlightDesign
-    from einschalt.pipeline.planning.propagation.expected_precision import (
-        ExpectedPrecision,
-    )
+    from einschalt.interfaces.programs.export import Exported
+    from einschalt.interfaces.publication.publish import Publication
 
 
 @with_fields_of(checked.Block)
@@ -96,11 +85,6 @@ class Block(checked.Block):
 
     def _repr_html_(self) -> str:
         return cards.block_card(self)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class SimulatedBlock(simulated.SimulatedBlock, Block):
-    """A block with known ``truth``, which can be written as a folder."""
 
 
 @with_fields_of(Solution)
@@ -210,7 +194,7 @@ class DensificationResult(results.DensificationResult):
     def _repr_html_(self) -> str:
         return cards.result_card(self)
 
-    def publish(self, name: str, folder: StrPath, **options: Any) -> Publication:
+    def publish(self, name: str, folder: StrPath, **options: Any) -> "Publication":
         """Write the transformation of every model for PROJ, GDAL and QGIS.
 
         Parameters
@@ -231,10 +215,15 @@ class DensificationResult(results.DensificationResult):
         EinschaltError
             No model can be published, or something would be lost in the folder.
         """
+        # imported when something is published: other results do not wait for it
+        from einschalt.interfaces.publication.publish import (  # noqa: PLC0415
+            publish_densification,
+        )
+
         folder = as_path("folder", folder)
         return publish_densification(self, name, folder, **options)
 
-    def export(self, *files: StrPath, overwrite: bool = False) -> list[Exported]:
+    def export(self, *files: StrPath, overwrite: bool = False) -> "list[Exported]":
         """Write the result for other programs; the suffix of a file gives its format.
 
         Parameters
@@ -253,7 +242,10 @@ class DensificationResult(results.DensificationResult):
         EinschaltError
             A format is not known or cannot hold the result, or a file is there.
         """
-        return export_result(self, *files, overwrite=overwrite)
+        # imported when something is handed over: all formats are
+        from einschalt.interfaces.programs.export import export  # noqa: PLC0415
+
+        return export(self, *files, overwrite=overwrite)
 
 
 def read_block(path: StrPath, settings: Mapping[str, Any] | None = None) -> Block:
@@ -551,112 +543,3 @@ def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=Non
             remedy="Leave them out, or the scheduler",
         )
     return dask_engine.DaskEngine(scheduler, **limits)
-
-
-def simulate_block(
-    preset: str = "neukirchen",
-    *,
-    seed: int = 0,
-    geometry: BlockGeometry | None = None,
-    noise: BlockNoise | None = None,
-    title: str | None = None,
-) -> SimulatedBlock:
-    """Simulate a block with known truth.
-
-    Parameters
-    ----------
-    preset : str
-        Name of a layout; ``neukirchen`` is the block of Kovarik 1971.
-    seed : int
-        The same seed gives the same block.
-    geometry : BlockGeometry, optional
-        Instead of the preset's.
-    noise : BlockNoise, optional
-        Instead of the preset's.
-    title : str, optional
-        Name of the block; that of the preset, or scales and spacing of another
-        geometry, where left out.
-
-    Returns
-    -------
-    SimulatedBlock
-        With ``truth``: point_id, easting, northing [, height].
-    """
-    given = {"geometry": geometry, "noise": noise, "title": title}
-    block = simulated.simulate_block(preset, seed=seed, **given)
-    return SimulatedBlock(**checked.plain_fields(block))
-
-
-def simulate_plan(
-    plan: (
-        "FlightDesign | ExpectedPrecision | CheckedPlan | AreaPlan | pd.Series[Any] "
-        "| str | os.PathLike[str]"
-    ),
-    *,
-    frame: "PlanFrame | None" = None,
-    seed: int = 0,
-    noise: BlockNoise | None = None,
-    measurement: Literal["machine", "parallaxes", "images"] = "machine",
-    transformation: Literal["affine", "helmert", "rigid", "helmert_3d"] | None = None,
-    n_check: int = 0,
-    title: str | None = None,
-) -> SimulatedBlock:
-    """Simulate the block that a plan would give, to try it.
-
-    Photographs, models, control and errors are those of the plan, over its area and on
-    its ground, with points as close as planned. What :func:`densify` computes from it
-    is comparable with what the plan expects.
-
-    Parameters
-    ----------
-    plan : FlightDesign, ExpectedPrecision, CheckedPlan, AreaPlan, Series, str or path
-        A design, what :func:`expect_precision`, :func:`plan_target` or
-        :func:`plan_area` gives, a row of ``plans`` of :func:`find_plans`, or the folder
-        that ``einschalt plan --output`` wrote.
-    frame : PlanFrame, optional
-        That of the search, with a row of it.
-    seed : int
-        Of the errors: the same seed gives the same block, another one the same points,
-        models and control with other errors.
-    noise : BlockNoise, optional
-        Instead of the errors of the plan: larger ones, or gross errors.
-    measurement : {"machine", "parallaxes", "images"}
-        What the tables hold, as in :class:`BlockGeometry`.
-    transformation : {"affine", "helmert", "rigid", "helmert_3d"}, optional
-        How the models are fitted; as planned where left out.
-    n_check : int
-        How many new points have given coordinates too, in the role ``check``.
-    title : str, optional
-        Name of the block; camera, scales and spacing where left out.
-
-    Returns
-    -------
-    SimulatedBlock
-        With ``truth``: point_id, easting, northing [, height].
-
-    Raises
-    ------
-    EinschaltError
-        It is no plan, its folder cannot be read, or a value is not sensible.
-
-    Examples
-    --------
-    >>> import einschalt as es
-    >>> design = es.FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
-    >>> expected = es.expect_precision(design)
-    >>> result = es.densify(es.simulate_plan(expected, seed=1))
-    >>> bool(abs(result.figures.mean_total / expected.figures.mean - 1.0) < 0.05)
-    True
-    """
-    # imported when a plan is tried: propagation and areas take their time
-    from einschalt.interfaces.files.plan_file import read_plan_file  # noqa: PLC0415
-    from einschalt.pipeline.planning.area import simulated_plan  # noqa: PLC0415
-
-    if isinstance(plan, (str, os.PathLike)):
-        plan = read_plan_file(as_path("plan", plan))
-    changes = {"measurement": measurement, "n_check": n_check}
-    if transformation is not None:
-        changes["transformation"] = transformation
-    given = {"frame": frame, "seed": seed, "noise": noise, "title": title}
-    block = simulated_plan.simulate_plan(plan, **given, **changes)
-    return SimulatedBlock(**checked.plain_fields(block))

@@ -17,10 +17,6 @@ from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
 from einschalt.stages.relative_orientation.image_errors import ImageErrors, image_errors
-from einschalt.stages.relative_orientation.orient_from_images import (
-    OUTLIERS,
-    orient_from_images,
-)
 from einschalt.stages.relative_orientation.parallax_errors import (
     OrientationErrors,
     parallax_errors,
@@ -28,7 +24,12 @@ from einschalt.stages.relative_orientation.parallax_errors import (
 from einschalt.stages.relative_orientation.parallax_orientation import (
     correct_model_points,
 )
-from einschalt.stages.results import FAILURE_COLUMNS, Result, failures_table
+from einschalt.stages.results import (
+    FAILURE_COLUMNS,
+    OUTLIERS,
+    Result,
+    failures_table,
+)
 
 STAGE = "stage2_relative_orientation"
 NOTHING_IN_COMMON = "its photographs have no point in common"
@@ -240,6 +241,11 @@ def _without_pairs(models, pairs):
 
 
 def _from_images(flight, outliers):
+    # imported where photographs are oriented: other blocks do not wait for it
+    from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
+        orient_from_images,
+    )
+
     pairs = image_pairs(flight.image_coordinates(), flight.models)
     lost = _without_pairs(flight.models, pairs)
     if len(lost):

@@ -23,6 +23,8 @@ from einschalt.interfaces.files.text_encodings import read_table_text
 
 PLACE = ("easting", "northing", "height")
 METRES = "metres"
+# coordinates whose full covariance is read or written: 18 million numbers
+MOST_FULL = 6000
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,7 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import label_of
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import each, read_xml, xml_bytes
-from einschalt.interfaces.programs.foreign import Foreign
-from einschalt.interfaces.programs.handed_over import MOST_FULL
+from einschalt.interfaces.programs.foreign import MOST_FULL, Foreign
 
 NAMESPACE = "http://www.gnu.org/software/gama/gama-local"
 MOST_ROWS = 2**31  # of a matrix that is announced

@@ -12,6 +12,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import crs_name
 from einschalt.interfaces.files.result_folder import TABLE_NAMES, tables_of
 from einschalt.interfaces.files.written_files import PROVENANCE
+from einschalt.interfaces.programs.foreign import MOST_FULL
 from einschalt.interfaces.provenance import created_now
 from einschalt.interfaces.publication.published_results import provenance_in
 
@@ -23,7 +24,6 @@ BETWEEN_AXES = {
     (1, 2): "covariance_nh",
 }
 UNCHANGED = 1.0 + 1e-9  # but for rounding
-MOST_FULL = 6000  # coordinates whose full covariance is written: 18 million numbers
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,12 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs, to_geocentric
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.programs.foreign import Foreign, is_finite, lines_of
-from einschalt.interfaces.programs.handed_over import MOST_FULL
+from einschalt.interfaces.programs.foreign import (
+    MOST_FULL,
+    Foreign,
+    is_finite,
+    lines_of,
+)
 
 AXES = ("STAX", "STAY", "STAZ")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"

@@ -1,10 +1,6 @@
 """The distribution of control residuals, where the settings ask for it."""
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.stages.residual_distribution import (
-    distribute_residuals,
-    errors_after_distribution,
-)
 
 
 def require_control(block, settings):
@@ -23,6 +19,12 @@ def distributed(block, settings, points, errors):
     """Points and their errors after the distribution of residuals, if any."""
     if settings.residual_distribution == "none":
         return points, errors
+    # imported where residuals are distributed: most blocks do without
+    from einschalt.stages.residual_distribution import (  # noqa: PLC0415
+        distribute_residuals,
+        errors_after_distribution,
+    )
+
     distribution = distribute_residuals(
         points, block.control_points, settings.residual_distribution
     )

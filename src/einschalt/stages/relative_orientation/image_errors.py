@@ -8,12 +8,15 @@ See docs/theory/propagation.md.
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.names import encode, encode_pairs, pair_up
-from einschalt.stages.relative_orientation.image_orientation import ImageInfluence
+
+if TYPE_CHECKING:
+    from einschalt.stages.relative_orientation.image_orientation import ImageInfluence
 
 SIDES = ("left_image", "right_image")
 
@@ -22,7 +25,9 @@ SIDES = ("left_image", "right_image")
 class ImageErrors:
     """Errors of image points behind the points of models."""
 
-    influence: ImageInfluence  # row for row as the model points, lengths in their unit
+    influence: (
+        "ImageInfluence"  # row for row as the model points, lengths in their unit
+    )
     # (n_points, 2): rows of the left and the right one in the table of image points
     sources: np.ndarray
     n_sources: int  # rows of that table
@@ -70,6 +75,11 @@ def image_errors(oriented, flight, enlargement) -> ImageErrors:
     found, stretch = oriented.image_influence, enlargement[:, None, None]
     of_pair = np.ones(len(oriented.models))
     of_pair[found.model] = enlargement
+    # imported where photographs are oriented: other blocks do not wait for it
+    from einschalt.stages.relative_orientation.image_orientation import (  # noqa: PLC0415
+        ImageInfluence,
+    )
+
     influence = ImageInfluence(
         found.model,
         found.by_image * stretch,

@@ -8,15 +8,10 @@ squares have the covariance σ² (AᵀA)⁻¹ with the variance σ² of whatever
 
 import numpy as np
 
-from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
-from einschalt.theory.relative_orientation.tails_of_pairs import (
-    LEAST_FAR_OUT,
-    find_tails_of_pairs,
-)
 
 UM_PER_MM = 1e3
 # an image point lies in two models at most of its strip: their residuals repeat it
@@ -49,6 +44,15 @@ def errors_as_shown(image_pairs, principal_distance, m_g_um, outliers):
         Share of the worse ones of these points, and how many times they are worse.
         None instead of both where errors are as stated.
     """
+    # imported where photographs are oriented: other blocks do not wait for it
+    from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
+        orient_from_images,
+    )
+    from einschalt.theory.relative_orientation.tails_of_pairs import (  # noqa: PLC0415
+        LEAST_FAR_OUT,
+        find_tails_of_pairs,
+    )
+
     used = orient_from_images(image_pairs, principal_distance, outliers="snoop")
     if outliers == "keep":
         ordinary = orient_from_images(image_pairs, principal_distance)

@@ -2,7 +2,7 @@
 
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import wrapped
-from einschalt.interfaces import python_api
+from einschalt.interfaces import python_api, python_simulation
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.cli.progress import late_progress, late_steps
@@ -57,7 +57,7 @@ def _told_of_heights(asked: Asked) -> Asked:
 
 def _write_block(asked: Asked, seed, output, *, overwrite):
     simulated = asked.experiment.block(seed)
-    block = python_api.SimulatedBlock(**plain_fields(simulated))
+    block = python_simulation.SimulatedBlock(**plain_fields(simulated))
     block.write(output, overwrite=overwrite)
     report(output, block=block.name, n_points=len(block.truth), seed=seed)
     message = mark("{block}: {n:point|points}, seed {seed}")

@@ -5,16 +5,11 @@ import numpy as np
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.variance_components import Component
-from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.stages.relative_orientation.shown_errors import MODELS_OF_IMAGE
 from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
-from einschalt.theory.relative_orientation.tails_of_pairs import (
-    LEAST_FAR_OUT,
-    find_tails_of_pairs,
-)
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM
 WEIGHED_DOWN = ("huber", "tukey")
@@ -76,6 +71,15 @@ def _may_have_tails(rows):
 
 def _tails_of_flight(flight):
     """Tails of the image points by orientations in which all of them weigh alike."""
+    # imported where photographs are oriented: other blocks do not wait for it
+    from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
+        orient_from_images,
+    )
+    from einschalt.theory.relative_orientation.tails_of_pairs import (  # noqa: PLC0415
+        LEAST_FAR_OUT,
+        find_tails_of_pairs,
+    )
+
     oriented = orient_from_images(
         image_pairs(flight.image_coordinates(), with_coverage(flight.models)),
         flight.principal_distance_mm,

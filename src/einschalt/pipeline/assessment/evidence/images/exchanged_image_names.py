@@ -17,7 +17,6 @@ from einschalt.foundations import tables
 from einschalt.foundations.errors import name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.densification.result_tables import of_orientations
-from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
 MODEL = ["coverage", "model_id"]
@@ -208,6 +207,11 @@ class _Photographs:
 
     def sigma_0_of(self, variants, n_models):
         """The same of one table, whose model_id counts from 0."""
+        # imported where photographs are oriented: other blocks do not wait for it
+        from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
+            orient_from_images,
+        )
+
         case = self.flight.orientation_case
         oriented = orient_from_images(
             variants[["model_id", "point_id", *COORDINATES]],
