@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize, sparse
 
+from einschalt.theory.adjustment import variance_components
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
@@ -141,6 +142,39 @@ def test_factors_that_are_not_negative_are_those_of_scipy(n_unknowns):
         found = nonnegative_factors(design, observed)
         np.testing.assert_allclose(found, expected, atol=1e-9)
     assert n_at_zero > 10
+
+
+@pytest.mark.parametrize("is_complex", [False, True])
+@pytest.mark.parametrize("fewest", [1, 7, 33])
+def test_draws_give_the_same_in_whatever_parts_they_are_carried(
+    monkeypatch, is_complex, fewest
+):
+    given = measured(5, is_complex=is_complex), sizes(is_complex=is_complex)
+    together = estimate_factors(*given)
+    monkeypatch.setattr(variance_components, "NUMBERS_TOGETHER", 1)
+    monkeypatch.setattr(variance_components, "FEWEST_TOGETHER", fewest)
+    n_parts = []
+    even_parts = variance_components._even_parts
+
+    def counting(n, least):
+        n_parts.append(len(even_parts(n, least)))
+        return even_parts(n, least)
+
+    monkeypatch.setattr(variance_components, "_even_parts", counting)
+    apart = estimate_factors(*given)
+    assert max(n_parts) == 100 // fewest
+    np.testing.assert_allclose(apart.factors, together.factors, rtol=1e-12)
+    np.testing.assert_allclose(apart.covariance, together.covariance, rtol=1e-10)
+
+
+@pytest.mark.parametrize("n", [1, 19, 20, 39, 41, 100])
+def test_parts_are_whole_and_none_is_small(n):
+    parts = variance_components._even_parts(n, 20)
+    columns = np.concatenate([np.arange(n)[part] for part in parts])
+    assert columns.tolist() == list(range(n))
+    sizes = [part.stop - part.start for part in parts]
+    assert min(sizes) >= min(n, 20)
+    assert max(sizes) < 40
 
 
 @pytest.mark.parametrize("is_complex", [False, True])

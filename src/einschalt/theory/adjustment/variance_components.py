@@ -17,7 +17,7 @@ docs/theory/variance_components.md.
 from collections import Counter
 from dataclasses import dataclass
 from functools import reduce
-from itertools import combinations_with_replacement, product
+from itertools import combinations_with_replacement, pairwise, product
 from operator import add
 
 import numpy as np
@@ -39,6 +39,9 @@ TOLERANCE = 1e-4
 LEAST_FACTOR = 1e-4
 # parts of 32 MB at most, whose memory is used again; larger ones are fetched anew
 NUMBERS_AT_ONCE = 2_000_000
+# of those that go through the chains together, which caches hold: 1 MB; and the fewest
+# draws for which a step is worth its call
+NUMBERS_TOGETHER, FEWEST_TOGETHER = 125_000, 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +216,9 @@ class _DrawnSums:
         n_sums, n_sources = len(self._chains), len(self._errors)
         products = np.empty((self._n_all, n_sums, n_sources, n_sources))
         first = 0
-        for n_draws, place, drawn in self._parts(self._n_all, self._seed):
+        n_together = max(NUMBERS_TOGETHER // self._longest, FEWEST_TOGETHER)
+        parts = self._parts(self._n_all, self._seed, n_together)
+        for n_draws, place, drawn in parts:
             weights = self._weights[place]
             for k, m in combinations_with_replacement(range(n_sources), 2):
                 of_pair = _scalar_products(drawn[k], drawn[m], weights)
@@ -236,15 +241,32 @@ class _DrawnSums:
             for each, low in zip(squares, least, strict=True)
         ]
 
-    def _parts(self, n_all, seed):
-        """Draws of each sum in parts: their number, place of the sum, by source."""
+    def _parts(self, n_all, seed, n_together=MOST_DRAWS):
+        """Draws of each sum in parts: their number, place of the sum, by source.
+
+        At least ``n_together`` draws in a part, if there are as many.
+        """
         rng, axes = np.random.default_rng(seed), self._axes
         for n_draws in draws_in_parts(n_all, self._longest, NUMBERS_AT_ONCE):
             errors = draw_errors(self._errors, axes, n_draws=n_draws, seed=rng)
-            through = _Through(self._chains, errors)
-            for place, of_sum in enumerate(self._chains):
-                drawn = [through.applied(name, of_sum.get(name)) for name in errors]
-                yield n_draws, place, drawn
+            for columns in _even_parts(n_draws, n_together):
+                some = {
+                    k: np.ascontiguousarray(e[:, columns]) for k, e in errors.items()
+                }
+                through = _Through(self._chains, some)
+                for place, of_sum in enumerate(self._chains):
+                    drawn = [through.applied(name, of_sum.get(name)) for name in some]
+                    yield columns.stop - columns.start, place, drawn
+
+
+def _even_parts(n, least):
+    """Slices of n columns, none of fewer than ``least`` unless there are fewer.
+
+    >>> _even_parts(50, 20)
+    [slice(0, 25, None), slice(25, 50, None)]
+    """
+    ends = np.linspace(0, n, max(n // least, 1) + 1).astype(int).tolist()
+    return [slice(*pair) for pair in pairwise(ends)]
 
 
 def _by_rows(chains):
