@@ -161,6 +161,22 @@ def test_gross_errors_of_one_flight_are_searched_once(counted, method, outliers)
     assert counted.calls[("weigh_part",)] == 1
 
 
+def test_tables_are_coded_once_and_not_kept_of_a_large_block(counted, monkeypatch):
+    """For what bends models, and for the adjustment that is tried."""
+    block = es.simulate_block("demo", seed=1)
+    counted(simultaneous, "block_tables")
+    result = es.densify(block)
+    points = result.assessment.better, result.points
+    assert counted.calls == {("block_tables",): 1}
+    assert result.solution.searched is not None
+    monkeypatch.setattr(gross_errors, "MOST_KEPT", 0)
+    large = es.densify(block)
+    assert large.solution.searched is None
+    assert large.assessment.better == points[0]
+    assert large.points.equals(points[1])
+    assert counted.calls == {("block_tables",): 3}
+
+
 def test_iterations_propagate_the_first_pass_once_more(tmp_path, counted):
     for home, name in EVIDENCE:
         counted(home, name)

@@ -30,6 +30,9 @@ COLUMNS = [
     *("w", "p_value"),
 ]
 IN_HEIGHT = "residual_height"
+# rows of models of a block that is small enough to be computed once more; of a larger
+# one what was searched is not kept in memory
+MOST_KEPT = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,8 @@ class GrossMeasurements:
     # [, residual_height] (what the model misses the point by) [m], w, p_value
     table: pd.DataFrame
     rows: dict  # of each flight, which of its model points they are
-    searched: SearchedFlights  # what an adjustment of all flights may share
+    # what an adjustment of all flights may share; None of a large block
+    searched: SearchedFlights | None
 
 
 def find_gross_measurements(
@@ -66,7 +70,12 @@ def find_gross_measurements(
         name: is_gross(table, name, flight.model_points)
         for name, flight in flights.items()
     }
-    return GrossMeasurements(table, rows, searched)
+    return GrossMeasurements(table, rows, _if_small(searched))
+
+
+def _if_small(searched):
+    rows = (len(oriented.model_points) for oriented in searched.flights.values())
+    return searched if sum(rows) <= MOST_KEPT else None
 
 
 def no_gross_measurements():

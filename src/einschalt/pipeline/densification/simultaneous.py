@@ -451,25 +451,28 @@ def _in_space(name, points, centres, error):
     return both, np.concatenate([errors, of_centres])
 
 
-def own_deformation_of(block, settings, flights, approximations):
+def own_deformation_of(searched, settings, approximations):
     """Estimate how much models are bent for themselves, where that shows.
 
     All models are adjusted at once for it, or some of them in a large block. Returns
-    an OwnDeformation, its flights numbered as in ``flights``; None where nothing shows,
-    or nothing tells. ``approximations`` are the points as they are known by then.
+    an OwnDeformation, its flights numbered as those of ``searched`` (SearchedFlights);
+    None where nothing shows, or nothing tells. ``approximations`` are the points as
+    they are known by then.
     """
+    block, flights = searched.block, searched.flights
     control = block.control_points
     if settings.model_deformation != MODELLED or control is None:
         return None
     # errors of image points bend models too, and the propagation knows them already
     if any(flight.has_images for flight in block.flights.values()):
         return None
-    kinds = {name: block.flights[name].transformation for name in flights}
-    kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
+    given = {name: block.flights[name].transformation for name in flights}
+    kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in given.items()}
     if "helmert_3d" in kinds.values() and len(set(kinds.values())) > 1:
         return None
     try:
-        tables = block_tables(block, flights, kinds)
+        is_same = kinds == given
+        tables = searched.tables if is_same else block_tables(block, flights, kinds)
         tables = with_known_groups(tables, settings.significance)
         part, _ = determined_part(tables)
     # control cannot hold all models at once

@@ -43,6 +43,7 @@ from einschalt.pipeline.densification.result_tables import (
 from einschalt.pipeline.densification.simultaneous import (
     SearchedFlights,
     own_deformation_of,
+    searched_flights,
 )
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.progress import Stage
@@ -74,9 +75,6 @@ from einschalt.theory.block_adjustment.own_deformation_size import MOST_MODELS
 
 PLANE_POINT = ["point_id", "easting", "northing"]
 VALUE_COLUMNS = [*MODEL, *PLANE_POINT]
-# rows of models of a block that is small enough to be computed once more; of a larger
-# one what was searched is not kept in memory
-MOST_KEPT = 20_000
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -221,13 +219,13 @@ def solve_in_two_steps(
     not one model of a flight could be used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
-    if gross is None:
-        gross = find_gross_measurements(block, flights, settings, searched)
+    gross = gross or find_gross_measurements(block, flights, settings, searched)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    own = _own_deformation(before, block, settings, flights, approximations)
+    alike = searched_flights(block, flights, gross.searched)
+    own = _own_deformation(before, alike, settings, approximations)
     low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)
     model = None if model is None else model.with_means(last.means)
@@ -256,22 +254,18 @@ def solve_in_two_steps(
         propagation=model,
         iteration=iteration,
         own_deformation=own,
-        searched=_if_small(gross.searched),
+        searched=gross.searched,
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
     )
 
 
-def _if_small(searched):
-    rows = (len(oriented.model_points) for oriented in searched.flights.values())
-    return searched if sum(rows) <= MOST_KEPT else None
-
-
-def _own_deformation(before, block, settings, flights, approximations):
+def _own_deformation(before, searched, settings, approximations):
     """What models are bent by for themselves, as it was estimated before, or anew."""
+    block, flights = searched.block, searched.flights
     if before and before.is_possible and _bends_alike(before, block, settings, flights):
         return before.own_deformation
-    return own_deformation_of(block, settings, flights, approximations)
+    return own_deformation_of(searched, settings, approximations)
 
 
 def _bends_alike(before, block, settings, flights):
