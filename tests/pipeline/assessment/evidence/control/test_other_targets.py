@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.changed_results import changed
 from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.densify import densify
@@ -70,6 +71,16 @@ def test_given_coordinates_tell_which_flight_it_is(demo_block, flight, method):
     # neither the control point nor its neighbours are blamed
     alone = [f.code for f in result.assessment.findings if not f.explained_by]
     assert not {"control_that_contradicts", "control_points_beyond_claim"} & set(alone)
+
+
+def test_a_point_that_one_flight_alone_has_is_no_other_target(demo_block):
+    """As those that further passes give approximate coordinates: an IndexError once."""
+    name = point_of(demo_block, "new")
+    result = densify(with_another_target(demo_block, "low_flight", name))
+    assert [each.point_id for each in result.examination.other_targets] == [name]
+    there = result.approximations
+    without = changed(result, approximations=there[there["point_id"] != name])
+    assert without.examination.other_targets == ()
 
 
 def test_clean_blocks_have_none(demo_block, good_result, given_approximations_result):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.densification.result_tables import HIGH, LOW
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -60,7 +61,10 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     )
     most = max(1.0, MOST_SHARE * len(points))
     is_clear = (points["largest"] < EACH) & (points["smallest"] < FINDING_SIGNIFICANCE)
-    points = points[is_clear & (points["n_models"] >= FEWEST_MODELS)]
+    # further passes have residuals at points that the high flight does not have
+    is_in_both = is_among(points.index, two_step.approximations["point_id"])
+    is_clear &= is_in_both & (points["n_models"] >= FEWEST_MODELS)
+    points = points[is_clear]
     points = points[_are_of_one_target(two_step, table, points)]
     if len(points) > most:
         return ()
