@@ -106,3 +106,33 @@ def test_onto_given_points_several_wrong_heights_refute_the_claim(onto_given_poi
             f for f in result.assessment.findings if f.code == "heights_beyond_claim"
         )
         assert list(found.names) == names
+
+
+def test_several_wrong_heights_of_control_that_took_no_part(onto_given_points):
+    """Also where errors are propagated, since it is said what approximations share."""
+    block, names = with_wrong_height(
+        onto_given_points, np.array([5.0, 4.0]), "control", rows=(1, 2)
+    )
+    block = replace(block, correlation_lengths_m={"approximate_points": 500.0})
+    result = computed(block, "two_step")
+    assert result.examination.errors is not None
+    tests = {test.name: test for test in result.examination.height_claim.rejected}
+    assert tests["control points"].observed > 10.0 * tests["control points"].predicted
+    found = next(
+        f for f in result.assessment.findings if f.code == "heights_beyond_claim"
+    )
+    assert list(found.names) == names
+
+
+def test_heights_of_a_group_may_be_shifted_as_stated(spatial):
+    control = spatial.control_points.assign(group="network")
+    control["height"] += 1.0
+    block = replace(
+        spatial, control_points=control, group_errors_m={"control_points": 2.0}
+    )
+    result = computed(block, "two_step")
+    known = result.examination.known_heights
+    assert known.count
+    assert (known.standard_errors > 1.0).all()
+    assert not len(known.far)
+    assert result.examination.lone_height is None

@@ -220,3 +220,85 @@ def test_a_suspect_check_point_is_told_also_if_all_together_agree(simulated, met
     assert found.facts["largest"] == pytest.approx(miss)
     assert not known.are_beyond
     assert f"Check point {name} differs by" in result.summary()
+
+
+def test_control_and_a_new_point_under_each_others_name(onto_given_points):
+    """The new point is named, and it and the control point alone pass no tolerance."""
+    truth = onto_given_points.truth.set_index("point_id")[PLAN]
+    control = onto_given_points.control_points.copy()
+    index = control.index[control["role"] == "control"][3]
+    name = control.loc[index, "point_id"]
+    new = truth.drop(control["point_id"])
+    other = new.index[np.argmin(np.hypot(*(new - truth.loc[name]).to_numpy().T))]
+    control.loc[index, PLAN] = truth.loc[other].to_numpy()
+    block = replace(onto_given_points, control_points=control)
+    result = computed(block, tolerance=0.2)
+    credible = result.assessment.credible
+    assert credible.left_aside == (name,)
+    assert credible.is_lower_bound
+    assert credible.is_bound_by_names
+    told = {found.code: found.names for found in result.assessment.findings}
+    assert told["control_under_another_name"] == (name, other)
+    right = computed(onto_given_points, tolerance=0.2).points
+    passed = result.points["is_within_tolerance"]
+    is_named = result.points["point_id"].isin([name, other])
+    assert not passed[is_named].any()
+    assert passed[~is_named].equals(right["is_within_tolerance"][~is_named])
+
+
+def test_without_check_points_nothing_warns(onto_given_points):
+    block, name = with_wrong(onto_given_points, "control", 300.0)
+    control = block.control_points
+    is_check = (control["role"] == "check").to_numpy()
+    block = replace(block, control_points=control[~is_check].reset_index(drop=True))
+    assert computed(block).assessment.credible.left_aside == (name,)
+
+
+@pytest.mark.parametrize("method", WAYS)
+def test_where_something_else_contradicts_the_claim_none_is_left_aside(
+    simulated, method
+):
+    """The figure is that of all known points, and every point a suspect."""
+    block, _ = with_wrong(simulated, "check", 30.0)
+    low = replace(block.low_flight, m_g_um=0.2 * block.low_flight.m_g_um)
+    high = replace(block.high_flight, m_g_um=0.2 * block.high_flight.m_g_um)
+    block = replace(block, low_flight=low, high_flight=high)
+    result = computed(block, method=method)
+    credible = result.assessment.credible
+    assert not credible.left_aside
+    assert credible.is_lower_bound
+    assert credible.value > 3.0
+    assert result.points["is_suspect"].all()
+
+
+def test_a_point_that_no_model_of_the_high_flight_holds_is_in_doubt(simulated):
+    """Where nothing confirms control its low models may hang on a wrong one."""
+    block, name = with_wrong(simulated, "check", 3.0)
+    points = block.high_flight.model_points
+    points = points[points["point_id"] != name].reset_index(drop=True)
+    block = replace(block, high_flight=replace(block.high_flight, model_points=points))
+    result = computed(block, iterations=2)
+    assert result.examination.left_out_differences.empty
+    assert not result.assessment.credible.left_aside
+    assert result.assessment.credible.value > 0.5
+
+
+def test_control_that_is_approximate_took_part(onto_given_points):
+    """It is no known point that models are compared with: they are fitted onto it."""
+    control = onto_given_points.control_points
+    given = onto_given_points.approximate_points.set_index("point_id")
+    is_held = control["role"] == "control"
+    names = control.loc[is_held, "point_id"]
+    given.loc[names, PLAN] = control.loc[is_held, PLAN].to_numpy()
+    index = names.iloc[3]
+    given.loc[index, "easting"] += 3.0
+    control = control.copy()
+    control.loc[control["point_id"] == index, "easting"] += 3.0
+    block = replace(
+        onto_given_points,
+        approximate_points=given.reset_index(),
+        control_points=control,
+    )
+    result = computed(block)
+    assert not result.examination.lone_points
+    assert index in {n for f in result.assessment.findings for n in f.names}

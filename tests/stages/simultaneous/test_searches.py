@@ -1,5 +1,6 @@
 """What adjustments of the same tables share: the same to the bit, and found once."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -113,3 +114,10 @@ def test_an_end_of_a_search_is_remembered_too(contradicted, n_searched):
     assert n_searched == n_models
     assert_same(again, first)
     assert_same(simultaneous_adjustment(contradicted, SNOOP), first)
+    # and no frame of it is held, nor anything of it copied
+    ends = [end for end in vars(shared)["_weighed"].values() if hasattr(end, "kind")]
+    assert len(ends) == len(first.failures)
+    assert all(str(end.raised_again()) for end in ends)
+    copy = pickle.loads(pickle.dumps(shared))
+    assert not vars(copy)["_weighed"]
+    assert_same(simultaneous_adjustment(contradicted, SNOOP, copy), first)

@@ -105,9 +105,8 @@ def _as_dropped(error):
     return answered_elsewhere(error, INSTEAD_OF_OPTIONS)
 
 
-def _said_to_those_who_drop(error):
-    """Messages of an error or of several, the first of many."""
-    problems = error.problems if isinstance(error, BlockError) else (error,)
+def _said_to_those_who_drop(problems):
+    """Messages of problems, the first of many."""
     messages = [messages_of(_as_dropped(one))[0] for one in problems[:MOST_MESSAGES]]
     if len(problems) > MOST_MESSAGES:
         more = mark("and {n:more problem|more problems}")
@@ -120,7 +119,8 @@ def _proposed(place, asked):
     try:
         proposal, left_out = _proposal(place, asked)
     except EinschaltError as error:
-        messages = _said_to_those_who_drop(error)
+        problems = error.problems if isinstance(error, BlockError) else (error,)
+        messages = _said_to_those_who_drop(problems)
         return {"proposal": None, "messages": messages, "left_out": []}
     return {"proposal": proposal, "messages": [], "left_out": left_out}
 
@@ -137,6 +137,8 @@ def _proposal(place, asked):
         place.root.require_inside(path)
         try:
             found += look_at(path, how)
+        except BlockError as error:
+            refused += error.problems
         except EinschaltError as error:
             refused.append(error)
     if not found:
@@ -147,8 +149,7 @@ def _proposal(place, asked):
             remedy="Drop all files of the block together",
         )
     given = {} if crs is None else {("block", "crs"): crs}
-    left_out = [_said_to_those_who_drop(error)[0] for error in refused]
-    return propose(found, given), left_out
+    return propose(found, given), _said_to_those_who_drop(refused)
 
 
 @with_refusals

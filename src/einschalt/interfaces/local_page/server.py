@@ -170,6 +170,8 @@ def _listening(host, port):
             # Windows the option would share it with a server that runs
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
+        # where two begin at once both are bound, and one of them may not listen
+        listener.listen(128)
     except OSError as error:
         listener.close()
         if port == 0 or error.errno not in (errno.EADDRINUSE, errno.EACCES):
@@ -179,7 +181,6 @@ def _listening(host, port):
             expected="a port that is free",
             remedy="Give another --port, or leave it out: any that is free is taken",
         ) from None
-    listener.listen(128)
     return listener
 
 

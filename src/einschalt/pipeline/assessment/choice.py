@@ -133,7 +133,8 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     # in blocks of one flight two steps test no control point by the others
     is_blind = two_step.left_out_control is None and simultaneous.knows_wrong_control
     # where control takes no part, two steps are compared with it
-    if is_blind and not two_step.credible.left_aside:
+    is_told = two_step.credible.left_aside and not two_step.control_takes_part
+    if is_blind and not is_told:
         return SIMULTANEOUS, ChoiceReason.WRONG_CONTROL
     fuller = _way_of_more_points(both)
     if fuller and value[fuller] <= WORSE * min(value.values()):

@@ -87,6 +87,15 @@ class CredibleFigure:
     left_aside: tuple[str, ...] = ()
     left_aside_by: float = np.nan
 
+    @property
+    def is_bound_by_names(self) -> bool:
+        """Whether it is a bound for new points under names of those left aside alone.
+
+        What these do is known of each.
+        """
+        is_of_names = self.reason is Reason.EXCHANGED_NAMES
+        return is_of_names and bool(self.left_aside) and np.isfinite(self.elsewhere)
+
 
 def figure_of_two_steps(examined) -> CredibleFigure:
     """Choose the figure of the two steps to believe.
@@ -190,13 +199,13 @@ def _beside_lone_points(examined, rest):
     lone = examined.lone_points
     if not lone:
         return rest
-    names, largest = tuple(each.point_id for each in lone), lone[0].miss
-    rest = replace(rest, left_aside=names, left_aside_by=largest)
     if rest.is_lower_bound or not examined.claim.is_supported:
         # more than those points contradicts it: they may be right
         known = (examined.known_check, examined.known_control)
         shown = max(rest.value, *(part.rms for part in known if part.count))
         return replace(rest, value=shown, is_lower_bound=True)
+    names, largest = tuple(each.point_id for each in lone), lone[0].miss
+    rest = replace(rest, left_aside=names, left_aside_by=largest)
     squares = sum(each.miss**2 for each in lone if each.found_there)
     if not squares:
         return rest

@@ -35,6 +35,7 @@ from einschalt.pipeline.assessment.evidence.control.heights import (
     examine_adjusted_heights,
     examine_height_claim,
     find_lone_height,
+    known_heights,
 )
 from einschalt.pipeline.assessment.evidence.control.other_targets import (
     find_other_targets,
@@ -155,6 +156,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
     lone_points = cached_property(find_lone_points)
+    known_heights = cached_property(known_heights)
     lone_height = cached_property(find_lone_height)
     displaced = cached_property(displacement_of)
 
@@ -162,17 +164,17 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     def suspects(self):
         """Names of points that more than the solution itself contradicts: a set.
 
-        Check points by themselves, with the new point that lies where one is given,
-        control points that were left out, and points that were measured under each
-        other's name.
+        Check points by themselves, known points that are far off with the new point
+        that lies where one is given, control points that were left out, and points that
+        were measured under each other's name.
         """
         left_out = self.control_left_out
         exchanged = (exchange.points for exchange in self.exchanged_names)
         patterns = (self.control_patterns.plan, self.control_patterns.height)
         alone = (p.point_ids for p in patterns if p and p.kind is Kind.POINT)
-        there = {each.found_there for each in self.lone_points}
+        lone = {name for p in self.lone_points for name in (p.point_id, p.found_there)}
         return set(contradicting_points(self)).union(
-            there - {""},
+            lone - {""},
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
             *(*exchanged, *alone),
         )
@@ -437,8 +439,17 @@ class SimultaneousExamination(SuspectControl, Examination):
     @cached_property
     def height_claim(self):
         """Heights of the adjustment; without control where some was set aside."""
-        is_without = self.two_step.is_possible and bool(self._disputed)
+        is_without = self._is_without_control
         return examine_adjusted_heights(self, is_without_control=is_without)
+
+    @cached_property
+    def lone_height(self):
+        """As of two steps; without control where some was set aside."""
+        return find_lone_height(self, is_without_control=self._is_without_control)
+
+    @property
+    def _is_without_control(self):
+        return self.two_step.is_possible and bool(self._disputed)
 
     @property
     def claimed_column(self):

@@ -18,7 +18,10 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
     shared_differences,
 )
 from einschalt.stages.error_propagation.error_model import LOW
-from einschalt.stages.error_propagation.given_points import group_members
+from einschalt.stages.error_propagation.given_points import (
+    control_among_approximations,
+    group_members,
+)
 from einschalt.theory.adjustment.global_tests import (
     mean_p_values,
     ratio_limits,
@@ -257,7 +260,7 @@ def picked(known, is_picked):
         known,
         point_ids=known.point_ids[is_picked],
         differences=known.differences[is_picked],
-        degrees=known.degrees * np.mean(is_picked),
+        degrees=known.degrees * np.mean(is_picked) if known.count else 0.0,
         covariance_of_mean=None,
     )
 
@@ -280,7 +283,10 @@ def find_lone_points(examined) -> tuple[LonePoint, ...]:
     check = _compared(examined, points[points["role"] == "check"], column)
     known = [(check, _far_check_points(examined, check))]
     if not examined.control_takes_part:
-        control = _compared(examined, examined.held_control, column)
+        control = examined.held_control
+        took_part = control_among_approximations(examined.block)
+        is_out = ~is_among(control["point_id"], took_part)
+        control = _compared(examined, control[is_out], column)
         known.append((control, _far_points(control)))
     far = np.concatenate([names for _, names in known])
     if not len(far) or not all(_agree_without(*each) for each in known):
@@ -396,6 +402,8 @@ def _is_near_doubt(examined, name):
         return True
     model = pd.MultiIndex.from_frame(models[["coverage", "model_id"]])
     is_there = model.isin(model[models["point_id"] == name])
+    if not is_there.any():  # models that hold it hang on any of these
+        return True
     return not doubtful.isdisjoint(models.loc[is_there, "point_id"])
 
 

@@ -66,9 +66,14 @@ def checked_figure_of_two_steps(examined) -> CheckedFigure:
     return CheckedFigure(
         figure.column,
         figure.factor,
-        is_supported=examined.claim.is_supported and not figure.is_lower_bound,
+        is_supported=examined.claim.is_supported and not _is_bound(figure),
         is_tested=bool(examined.claim.tests),
     )
+
+
+def _is_bound(figure):
+    """Whether points may be worse than a figure, and nothing tells which."""
+    return figure.is_lower_bound and not figure.is_bound_by_names
 
 
 def checked_figure_of_adjustment(examined) -> CheckedFigure:
@@ -82,7 +87,7 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     return CheckedFigure(
         column=TOTAL if TOTAL in examined.points else "",
         factor=examined.credible.factor,
-        is_supported=not examined.credible.is_lower_bound,
+        is_supported=not _is_bound(examined.credible),
         is_tested=redundancy > 0 or n_check > 0,
     )
 
@@ -104,7 +109,7 @@ def _is_block_suspect(examined):
     found, figures = examined.credible, examined.figures
     claimed = np.fmin(figures.mean_total, figures.mean_paper)
     # what a new point under the name of a known one does is known of that point
-    value = found.elsewhere if found.left_aside else found.value
+    value = found.elsewhere if found.is_bound_by_names else found.value
     return bool(found.is_lower_bound and value > GROSS * claimed)
 
 

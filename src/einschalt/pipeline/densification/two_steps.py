@@ -224,7 +224,7 @@ def solve_in_two_steps(
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    alike = searched_flights(block, flights, gross.searched)
+    alike = searched_flights(block, flights, gross.searched or searched)
     own = _own_deformation(before, alike, settings, approximations)
     low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)

@@ -91,6 +91,14 @@ def approximations_are_control(block) -> bool:
     return bool(_are_control(block).all())
 
 
+def control_among_approximations(block) -> np.ndarray:
+    """Names of control points whose given coordinates are approximate ones as well."""
+    known = block.approximate_points
+    if known is None or block.control_points is None:
+        return np.empty(0, dtype=object)
+    return known["point_id"].to_numpy(dtype=object)[_are_control(block)]
+
+
 def errors_where_control(block):
     """Errors of approximate points that are given as control, of one coordinate [m].
 

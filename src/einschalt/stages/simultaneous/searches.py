@@ -5,6 +5,7 @@ models that the adjustment finds afterwards. So adjustments of the same tables s
 """
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from typing import TypeVar
 
 from einschalt.stages.simultaneous.variance_components import Weighed
@@ -16,17 +17,37 @@ Result = TypeVar("Result")
 ENDS = (NoConvergenceError, ContradictedModelError)
 
 
+@dataclass(frozen=True)
+class _End:
+    """What a search has ended with, without the frames that it ended in."""
+
+    kind: type[Exception]
+    arguments: tuple
+    facts: dict
+
+    def raised_again(self) -> Exception:
+        """The exception anew."""
+        error = self.kind.__new__(self.kind, *self.arguments)
+        error.args = self.arguments
+        vars(error).update(self.facts)
+        return error
+
+
 class Searches:
     """What adjustments of the same tables have found out, each in its turn.
 
     With ``are_kept`` false nothing is: every adjustment looks for itself, and no memory
-    is held.
+    is held. A copy, as of a result that is pickled, begins anew.
     """
 
     def __init__(self, *, are_kept: bool = True) -> None:
         self._are_kept = are_kept
         self._weighed = {}  # by the key of a search: Weighed, or its end
         self._results = {}  # by Weighed: what follows from it, None until it is known
+
+    def __getstate__(self):
+        """Whether searches are kept, and none of them."""
+        return vars(Searches(are_kept=self._are_kept))
 
     def weighed(self, key: Hashable, search: Callable[[], Weighed]) -> Weighed:
         """What ``search()`` finds, looked for once with this key.
@@ -41,10 +62,10 @@ class Searches:
                 self._weighed[key] = search()
                 self._results[self._weighed[key]] = None
             except ENDS as error:
-                self._weighed[key] = error
+                self._weighed[key] = _End(type(error), error.args, vars(error))
         found = self._weighed[key]
-        if isinstance(found, ENDS):
-            raise found.with_traceback(None)
+        if isinstance(found, _End):
+            raise found.raised_again()
         return found
 
     def followed(self, weighed: Weighed, follow: Callable[[], Result]) -> Result:

@@ -9,7 +9,6 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 )
 from einschalt.pipeline.assessment.evidence.control.heights import (
     LEAST_OF_SCALE,
-    known_heights,
     unseen_scale,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
@@ -31,7 +30,7 @@ def heights_beyond_claim(examined):
     believed = examined.credible_heights
     return finding(
         "heights_beyond_claim",
-        names=known_heights(examined).far,
+        names=examined.known_heights.far,
         statistic=f"heights of {worst.name}",
         observed=worst.observed,
         expected=worst.predicted,

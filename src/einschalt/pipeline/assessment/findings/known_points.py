@@ -82,8 +82,10 @@ def suspect_check_points(examined):
 
     They are suspects in the table of points.
     """
-    known, names = examined.known_check, contradicting_points(examined)
-    if not len(names) or known.are_beyond or examined.lone_points:
+    known, names = examined.confirmed_check, contradicting_points(examined)
+    # those that are left aside are told as such
+    names = names[is_among(names, known.point_ids)]
+    if not len(names) or known.are_beyond:
         return None
     miss = np.hypot(*known.differences[is_among(known.point_ids, names)].T)
     return finding(
@@ -212,6 +214,27 @@ def exchanged_control(examined):
     )
 
 
+def lone_control_under_another_name(two_step):
+    """New points that lie where control is given that took no part and is far off."""
+    names = set(two_step.known_control.point_ids)
+    pairs = [p for p in two_step.lone_points if p.point_id in names and p.found_there]
+    if not pairs:
+        return None
+    return finding(
+        "control_under_another_name",
+        names=[name for pair in pairs for name in (pair.point_id, pair.found_there)],
+        statistic="distance of a new point from the given control point",
+        observed=pairs[0].away,
+        expected=pairs[0].miss,
+        remedy="correct_control_name",
+        facts={
+            "n_points": len(pairs),
+            "miss": pairs[0].miss,
+            "away": pairs[0].away,
+        },
+    )
+
+
 def control_under_another_name(two_step):
     """New points that lie where control is given, which lies elsewhere itself.
 
@@ -320,6 +343,7 @@ def other_targets(examined):
 
 TWO_STEP = (
     *(exchanged_control, other_targets, control_under_another_name),
+    lone_control_under_another_name,
     *FOR_BOTH,
 )
 SIMULTANEOUS = (

@@ -31,7 +31,9 @@ from einschalt.pipeline.assessment.evidence.known_differences import (
     Densified,
     covariance_of_differences,
 )
-from einschalt.stages.error_propagation.given_points import control_errors
+from einschalt.stages.error_propagation.given_points import (
+    control_among_approximations,
+)
 from einschalt.theory.adjustment.global_tests import ratio_limits
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
@@ -113,7 +115,11 @@ def known_heights(examined) -> KnownHeights:
     has_height = {"height", "difference_height"} <= set(points)
     is_known = (points["role"] == "check") & has_height
     if not examined.control_takes_part:
-        is_known |= (points["role"] == "control") & has_height
+        took_part = control_among_approximations(examined.block)
+        is_out = (points["role"] == "control") & ~is_among(
+            points["point_id"], took_part
+        )
+        is_known |= is_out & has_height
     rows = points[is_known]
     errors = _errors_of_differences(examined, rows) if len(rows) else np.zeros(0)
     differences = rows["difference_height"].to_numpy(dtype=float) if has_height else []
@@ -135,22 +141,25 @@ def _errors_of_differences(examined, rows):
     elif two_step.is_possible and two_step.given_heights is not None:
         of_points = two_step.given_heights.predicted_at(rows["point_id"])
         of_points = OF_ASSUMED * of_points
-    given = block.control_points.set_index("point_id").loc[rows["point_id"]]
-    if "standard_error_m" not in given:
+    if "standard_error_m" not in block.control_points:
         return of_points
-    of_given = control_errors(given, Axes.SPACE)
-    of_given = of_given[:, 2] if of_given.ndim > 1 else of_given
-    return np.hypot(of_points, np.nan_to_num(of_given))
+    nothing = Densified({}, {}, examined.group_error, is_group_error_known=False)
+    ids = rows["point_id"].to_numpy(dtype=object)
+    of_given = covariance_of_differences(block, ids, Axes.SPACE, HEIGHT, nothing)
+    if of_given is None:  # shifts of groups whose size nobody states
+        return np.full(len(rows), np.nan)
+    return np.sqrt(of_points**2 + np.nan_to_num(np.diag(of_given)))
 
 
-def find_lone_height(examined) -> LoneHeight | None:
+def find_lone_height(examined, *, is_without_control=False) -> LoneHeight | None:
     """The height of a known point that took no part and alone contradicts the claim.
 
     None unless the others agree with it and are so much nearer that chance would not
     make them so if all were as far off as the root mean square with it; nor where
-    control that was left out contradicts its heights.
+    control that was left out contradicts its heights, unless some of it was set aside
+    (``is_without_control``).
     """
-    known = known_heights(examined)
+    known = examined.known_heights
     if known.count < 2 or len(known.far) != 1:
         return None
     (name,) = known.far
@@ -159,7 +168,8 @@ def find_lone_height(examined) -> LoneHeight | None:
     nearest, _ = ratio_limits(others.count, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
     if len(others.far) or not others.rms < nearest * known.rms:
         return None
-    left_out = _left_out(examined.two_step) if examined.two_step.is_possible else None
+    is_asked = examined.two_step.is_possible and not is_without_control
+    left_out = _left_out(examined.two_step) if is_asked else None
     if left_out is not None and left_out.p_value <= CLAIM_SIGNIFICANCE:
         return None
     ((row,),) = np.nonzero(is_it)
@@ -180,7 +190,8 @@ def examine_height_claim(examined) -> Claim:
     tests = (
         _left_out(examined),
         _given(examined),
-        _check(examined, examined.solution.points, examined.lone_height),
+        _check(examined, examined.solution.points, examined),
+        None if examined.control_takes_part else _check_control(examined),
     )
     return Claim(tuple(test for test in tests if test is not None), None)
 
@@ -196,13 +207,13 @@ def examine_adjusted_heights(adjusted, *, is_without_control) -> Claim:
     if not is_known or two_step.errors.axes is not Axes.SPACE:
         return _by_single_points(adjusted)
     left_out = None if is_without_control else _left_out(two_step)
-    check = _check(two_step, adjusted.solution.points, adjusted.lone_height)
+    check = _check(two_step, adjusted.solution.points, adjusted)
     return Claim(tuple(test for test in (left_out, check) if test is not None), None)
 
 
 def _by_single_points(examined):
     """The test of the farthest point (Bonferroni), whatever points have in common."""
-    known, lone = known_heights(examined), examined.lone_height
+    known, lone = examined.known_heights, examined.lone_height
     if lone is not None:
         known = known.picked(known.point_ids != lone.point_id)
     tests = []
@@ -258,10 +269,19 @@ def _left_out(examined):
     return _test(LEFT_OUT, left_out.of_heights[0], covariance)
 
 
-def _check(examined, points, lone):
-    """Check points but for a lone one: densified minus given, both with errors."""
-    errors = examined.errors
-    missed = points["difference_height"].notna() & (points["role"] == "check")
+def _check_control(two_step):
+    """Control that took no part, as check points."""
+    return _check(two_step, two_step.solution.points, two_step, role="control")
+
+
+def _check(examined, points, asked, role="check"):
+    """Known points but for a lone one: densified minus given, both with errors.
+
+    Those that ``asked`` compares, of two steps or of an adjustment beside them.
+    """
+    errors, lone = examined.errors, asked.lone_height
+    names = asked.known_heights.point_ids[asked.known_heights.roles == role]
+    missed = points["difference_height"].notna() & is_among(points["point_id"], names)
     # of a point that the two steps do not have nothing is propagated
     missed &= is_among(points["point_id"], errors.point_ids)
     if lone is not None:
@@ -290,7 +310,7 @@ def _check(examined, points, lone):
     if covariance is None:
         return None
     differences = rows["difference_height"].to_numpy(dtype=float)
-    return _test(HEIGHT_OF_CHECK, differences, covariance)
+    return _test(KNOWN[role], differences, covariance)
 
 
 def _chains_of(errors, point_ids, factors=None):
