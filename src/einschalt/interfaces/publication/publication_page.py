@@ -57,8 +57,8 @@ HOW_GOOD = """\
 ## How good it is
 
 Identical points were held out, a tenth of them at a time, and predicted from the
-others; each by itself where there are neither triangles nor a grid. The error is the
-total one (easting and northing together, RMS); PROJ is told it as the accuracy.
+others; of a single affine transformation each by itself. The error is the total one
+(easting and northing together, RMS); PROJ is told it as the accuracy.
 
 | name | identical points | held out | error [m] | area: west, south, east, north |
 |---|---|---|---|---|"""
