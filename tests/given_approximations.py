@@ -5,6 +5,8 @@ photographs that they were taken from: neighbours are wrong together, and no res
 of the low flight shows it in full.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from einschalt.pipeline.block.block import Block
@@ -39,6 +41,23 @@ def onto_given_approximations(
         approximate_points=approximate,
         approximate_m_0_m=total if is_stated else None,
         low_flight=block.low_flight,
+    )
+
+
+def beside_control(block, axes=("easting", "northing"), *, error=0.07, seed=3):
+    """The low flight of a simulated block alone, in which control takes no part.
+
+    Onto approximate coordinates with independent errors of ``error`` in each of the
+    axes [m], which are stated.
+    """
+    given = block.truth[["point_id", *axes]].copy()
+    shape = (len(given), len(axes))
+    given[[*axes]] += np.random.default_rng(seed).normal(0.0, error, shape)
+    return replace(
+        block,
+        high_flight=None,
+        approximate_points=given,
+        approximate_m_0_m=SQRT2 * error,
     )
 
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import beside_control
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 PLACE = ["easting", "northing", "height"]
 WAYS = ("two_step", "simultaneous")
-APPROXIMATE_ERROR = 0.07  # metres, per coordinate
 
 
 @pytest.fixture(scope="module")
@@ -22,15 +22,7 @@ def spatial():
 @pytest.fixture(scope="module")
 def onto_given_points(spatial):
     """The low flight alone, onto approximate coordinates: control takes no part."""
-    rng, truth = np.random.default_rng(3), spatial.truth
-    given = truth[["point_id", *PLACE]].copy()
-    given[PLACE] += rng.normal(0.0, APPROXIMATE_ERROR, (len(given), 3))
-    return replace(
-        spatial,
-        high_flight=None,
-        approximate_points=given,
-        approximate_m_0_m=np.sqrt(2.0) * APPROXIMATE_ERROR,
-    )
+    return beside_control(spatial, PLACE)
 
 
 def with_wrong_height(block, by, role="check", rows=(3,)):

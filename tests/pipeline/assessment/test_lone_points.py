@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import beside_control
 
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.densify import densify
@@ -11,7 +12,6 @@ from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 PLAN = ["easting", "northing"]
 WAYS = ("two_step", "simultaneous")
-APPROXIMATE_ERROR = 0.07  # metres, per coordinate
 
 
 @pytest.fixture(scope="module")
@@ -22,15 +22,7 @@ def simulated():
 @pytest.fixture(scope="module")
 def onto_given_points(simulated):
     """The low flight alone, onto approximate coordinates: control takes no part."""
-    rng, truth = np.random.default_rng(3), simulated.truth
-    given = truth[["point_id", *PLAN]].copy()
-    given[PLAN] += rng.normal(0.0, APPROXIMATE_ERROR, (len(given), 2))
-    return replace(
-        simulated,
-        high_flight=None,
-        approximate_points=given,
-        approximate_m_0_m=np.sqrt(2.0) * APPROXIMATE_ERROR,
-    )
+    return beside_control(simulated)
 
 
 def with_wrong(block, role, by, row=3):

@@ -73,11 +73,11 @@ def read_changes(folder):
 
 def read_largest_move(folder):
     """Largest movement of a point since the run before [m]; None if not compared."""
-    points = _sound(read_parquet, folder / POINTS, POINTS_BEFORE)
     previous = _sound(read_parquet, folder / PREVIOUS, POINTS_BEFORE)
-    if points is None or previous is None:
+    if previous is None:
         return None
-    return largest_move_of(points, previous)
+    points = _sound(read_parquet, folder / POINTS, POINTS_BEFORE)
+    return None if points is None else largest_move_of(points, previous)
 
 
 def _sound(read, path, schema):

@@ -325,17 +325,19 @@ def _agree_without(known, far):
 
 def _have_neighbours_alike(examined, known, far):
     """Whether one of some points is off in the direction of its nearest, if far too."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when points are far off
+
     names = np.concatenate([of_role.point_ids for of_role, _ in known])
     differences = np.concatenate([of_role.differences for of_role, _ in known])
     given = examined.block.control_points.set_index("point_id")
     places = given.loc[names, ["easting", "northing"]].to_numpy(dtype=float)
     rows = np.flatnonzero(is_among(names, far))
-    away = np.linalg.norm(places[rows, None] - places, axis=2)
-    away[np.arange(len(rows)), rows] = np.inf
-    nearest = np.argmin(away, axis=1)
-    own, other = differences[rows], differences[nearest]
-    sizes = np.linalg.norm(own, axis=1) * np.linalg.norm(other, axis=1)
-    is_alike = np.sum(own * other, axis=1) > ALIKE * sizes
+    _, two_nearest = KDTree(places).query(places[rows], k=2)
+    itself, other = two_nearest.T
+    nearest = np.where(itself == rows, other, itself)  # as of two at one place
+    own, beside = differences[rows], differences[nearest]
+    sizes = np.linalg.norm(own, axis=1) * np.linalg.norm(beside, axis=1)
+    is_alike = np.sum(own * beside, axis=1) > ALIKE * sizes
     return bool(np.any(is_among(names[nearest], far) & is_alike))
 
 

@@ -13,6 +13,7 @@ from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 from einschalt.pipeline.assessment.known_points import (
     MOST_OF_MISS,
     WITHIN_CLAIM,
+    confirmed_check_points,
     contradicting_points,
     far_control,
     few_contradicting_points,
@@ -82,7 +83,8 @@ def suspect_check_points(examined):
 
     They are suspects in the table of points.
     """
-    known, names = examined.confirmed_check, contradicting_points(examined)
+    known = confirmed_check_points(examined)
+    names = contradicting_points(examined)
     # those that are left aside are told as such
     names = names[is_among(names, known.point_ids)]
     if not len(names) or known.are_beyond:

@@ -266,7 +266,8 @@ def _names_of_choices(refine):
     require_kind("refine", names, (list, tuple, set), expected=expected)
     for name in names:
         require_choice("refine", name, tuple(REFINED))
-    return list(names)
+    # the order of a set is that of this run
+    return sorted(names) if isinstance(names, set) else list(names)
 
 
 def _between(tries, cheapest, frame, refine):

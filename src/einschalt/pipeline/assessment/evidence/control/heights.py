@@ -48,8 +48,9 @@ from einschalt.theory.adjustment.significance import (
 
 HEIGHT_OF_CHECK = KNOWN["check"]
 STATED = "standard_error_height"
-# where errors are only assumed, measured heights have those of plan: heights of
-# photographs are worse by the angle of their rays, and made 1.16 times as much
+# where errors are only assumed, measured heights have those of plan; heights of
+# photographs are worse by the angle of their rays. In 40 simulated blocks of spatial
+# models errors of the points' heights were 1.16 times as large as assumed
 OF_ASSUMED = 1.25
 # of more points the covariance would be too large: the first of them stand for all
 MOST_POINTS = 2000
@@ -109,27 +110,31 @@ class LoneHeight:
 def known_heights(examined) -> KnownHeights:
     """Heights of check points, and of control that took no part, against the given.
 
-    None where no standard error tells what to expect.
+    Of those whose standard errors are known, or assumed.
     """
-    points = examined.solution.points
-    has_height = {"height", "difference_height"} <= set(points)
-    is_known = (points["role"] == "check") & has_height
-    if not examined.control_takes_part:
-        took_part = control_among_approximations(examined.block)
-        is_out = (points["role"] == "control") & ~is_among(
-            points["point_id"], took_part
-        )
-        is_known |= is_out & has_height
-    rows = points[is_known]
-    errors = _errors_of_differences(examined, rows) if len(rows) else np.zeros(0)
-    differences = rows["difference_height"].to_numpy(dtype=float) if has_height else []
-    names = ("point_id", "role")
+    rows = _known_rows(examined)
+    if rows.empty:
+        return KnownHeights(*np.empty((2, 0), dtype=object), *np.empty((2, 0)))
+    errors = _errors_of_differences(examined, rows)
     known = KnownHeights(
-        *(rows[name].to_numpy(dtype=object) for name in names),
-        np.asarray(differences, dtype=float)[: len(errors)],
+        *(rows[name].to_numpy(dtype=object) for name in ("point_id", "role")),
+        rows["difference_height"].to_numpy(dtype=float),
         errors,
     )
     return known.picked(np.isfinite(known.differences) & (errors > 0.0))
+
+
+def _known_rows(examined):
+    """Rows of known points that have heights and took no part, the first of many."""
+    points = examined.solution.points
+    if not {"height", "difference_height"} <= set(points):
+        return points.iloc[:0]
+    is_known = points["role"] == "check"
+    if not examined.control_takes_part:
+        took_part = control_among_approximations(examined.block)
+        is_out = ~is_among(points["point_id"], took_part)
+        is_known |= (points["role"] == "control") & is_out
+    return points[is_known].head(MOST_POINTS)
 
 
 def _errors_of_differences(examined, rows):
@@ -139,8 +144,8 @@ def _errors_of_differences(examined, rows):
     if STATED in rows:
         of_points = rows[STATED].to_numpy(dtype=float)
     elif two_step.is_possible and two_step.given_heights is not None:
-        of_points = two_step.given_heights.predicted_at(rows["point_id"])
-        of_points = OF_ASSUMED * of_points
+        assumed = two_step.given_heights.predicted_at(rows["point_id"])
+        of_points = OF_ASSUMED * assumed
     if "standard_error_m" not in block.control_points:
         return of_points
     nothing = Densified({}, {}, examined.group_error, is_group_error_known=False)
@@ -190,8 +195,8 @@ def examine_height_claim(examined) -> Claim:
     tests = (
         _left_out(examined),
         _given(examined),
-        _check(examined, examined.solution.points, examined),
-        None if examined.control_takes_part else _check_control(examined),
+        _check(examined, examined),
+        _check(examined, examined, role="control"),
     )
     return Claim(tuple(test for test in tests if test is not None), None)
 
@@ -207,7 +212,7 @@ def examine_adjusted_heights(adjusted, *, is_without_control) -> Claim:
     if not is_known or two_step.errors.axes is not Axes.SPACE:
         return _by_single_points(adjusted)
     left_out = None if is_without_control else _left_out(two_step)
-    check = _check(two_step, adjusted.solution.points, adjusted)
+    check = _check(two_step, adjusted)
     return Claim(tuple(test for test in (left_out, check) if test is not None), None)
 
 
@@ -269,17 +274,12 @@ def _left_out(examined):
     return _test(LEFT_OUT, left_out.of_heights[0], covariance)
 
 
-def _check_control(two_step):
-    """Control that took no part, as check points."""
-    return _check(two_step, two_step.solution.points, two_step, role="control")
-
-
-def _check(examined, points, asked, role="check"):
+def _check(two_step, asked, role="check"):
     """Known points but for a lone one: densified minus given, both with errors.
 
-    Those that ``asked`` compares, of two steps or of an adjustment beside them.
+    Those that ``asked`` compares, the two steps or an adjustment beside them.
     """
-    errors, lone = examined.errors, asked.lone_height
+    errors, lone, points = two_step.errors, asked.lone_height, asked.solution.points
     names = asked.known_heights.point_ids[asked.known_heights.roles == role]
     missed = points["difference_height"].notna() & is_among(points["point_id"], names)
     # of a point that the two steps do not have nothing is propagated
@@ -291,7 +291,7 @@ def _check(examined, points, asked, role="check"):
         return None
     ids = rows["point_id"].to_numpy(dtype=object)
     chains = _chains_of(errors, ids)
-    if points is not examined.solution.points:  # as alike, but not of that size
+    if asked is not two_step:  # as alike, but not of that size
         found = covariance_of(chains, errors.standard_errors, HEIGHT)
         sizes = rows[STATED].to_numpy(dtype=float)
         factors = sizes / np.sqrt(np.diag(found))
@@ -301,11 +301,11 @@ def _check(examined, points, asked, role="check"):
     densified = Densified(
         chains,
         errors.standard_errors,
-        examined.group_error,
+        two_step.group_error,
         is_group_error_known=False,
     )
     covariance = covariance_of_differences(
-        examined.block, ids, Axes.SPACE, HEIGHT, densified
+        two_step.block, ids, Axes.SPACE, HEIGHT, densified
     )
     if covariance is None:
         return None
