@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test quick pythons browser screenshots docs docs-links drawings picture truth lint format bench fuzz faults \
+.PHONY: demo test test-slow pythons browser screenshots docs docs-links drawings picture truth lint format bench fuzz faults \
 	clean clean-cache
 
 demo: .venv/installed
@@ -13,12 +13,13 @@ demo: .venv/installed
 # that those of one file, which share what they look at, mostly stay together. pytest
 # keeps its own form of the test modules also where the environment forbids it: to make
 # it anew takes each worker, and each later run, as long as all else before the first test
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 test: .venv/compiled
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+	$(PYTEST) -m "not slow"
 
-# before a commit: every test function, in one of its cases
-quick: .venv/compiled
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal --one-case
+# the others, that compute whole blocks: twice as long
+test-slow: .venv/compiled
+	$(PYTEST) -m slow
 
 # the wheel in an empty environment of every Python from 3.11 to 3.14 that is here
 pythons: .venv/installed-test

@@ -42,27 +42,6 @@ settings.register_profile("hunt", deadline=None)
 settings.load_profile("hunt" if os.environ.get("EINSCHALT_HUNT") else "fixed")
 
 
-def pytest_addoption(parser):
-    """Tell what this project's tests are asked for beside what pytest has."""
-    parser.addoption(
-        "--one-case",
-        action="store_true",
-        help="run the first case of each test function, and not the others",
-    )
-
-
-def pytest_collection_modifyitems(config, items):
-    """Leave the first case of each test function, where no more are asked for."""
-    if not config.getoption("--one-case"):
-        return
-    first = {}
-    for item in items:
-        first.setdefault(item.nodeid.partition("[")[0], item)
-    others = [i for i in items if first[i.nodeid.partition("[")[0]] is not i]
-    config.hook.pytest_deselected(items=others)
-    items[:] = first.values()
-
-
 def pytest_collection_finish():
     """Keep what thousands of tests are made of out of every search for garbage."""
     gc.collect()

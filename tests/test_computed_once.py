@@ -34,6 +34,8 @@ from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.stages.error_propagation.error_model import ErrorModel
 from einschalt.stages.simultaneous import adjustment
 
+pytestmark = pytest.mark.slow
+
 EVIDENCE = (
     (claim, "examine_claim"),
     (exchanged_names, "find_exchanged_names"),

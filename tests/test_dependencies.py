@@ -89,6 +89,7 @@ REQUIRED = declared(PROJECT["dependencies"])
 OPTIONAL = {name: declared(PROJECT["optional-dependencies"][name]) for name in EXTRAS}
 
 
+@pytest.mark.slow
 def test_what_is_imported_is_declared():
     allowed = REQUIRED.union(*OPTIONAL.values())
     missing = {

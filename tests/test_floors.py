@@ -133,6 +133,7 @@ def test_there_are_modules_to_look_at():
     assert {stem(path).split("/")[0] for path in MODULES} == set(FLOORS)
 
 
+@pytest.mark.slow
 def test_imports_point_down():
     offences = []
     for path in MODULES:

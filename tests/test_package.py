@@ -104,6 +104,7 @@ def _take_compiled_kernels(package):
         shutil.copy2(kernel, place)
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_data_licences_and_no_more(wheel):
     with zipfile.ZipFile(wheel) as file:
         names = set(file.namelist())
@@ -123,6 +124,7 @@ def test_the_wheel_holds_data_licences_and_no_more(wheel):
     assert wheel.stat().st_size < 3_000_000
 
 
+@pytest.mark.slow
 def test_the_demo_runs_where_only_the_wheel_is(installed, tmp_path):
     script = installed.with_name("einschalt")
     where = run(installed, "-c", "import einschalt; print(einschalt.__file__)")
@@ -153,6 +155,7 @@ def test_the_version_is_the_same_everywhere():
         assert line in (ROOT / file).read_text(encoding="utf-8").splitlines(), file
 
 
+@pytest.mark.slow
 def test_every_module_is_imported_where_posix_is_not():
     code = (
         "import sys, pkgutil, importlib, signal\n"

@@ -38,6 +38,7 @@ def python(code):
     return said.getvalue()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", SECTIONS)
 def test_commands_print_what_stands_below_them(title, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

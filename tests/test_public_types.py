@@ -218,6 +218,7 @@ def test_attributes_of_a_result_are_what_their_annotations_say(method, demo_bloc
     assert wrong == {}
 
 
+@pytest.mark.slow
 def test_a_type_checker_accepts_code_that_uses_every_public_name(tmp_path):
     pytest.importorskip("mypy", reason="mypy is not installed")
     code = USER_CODE.read_text(encoding="utf-8")

@@ -31,6 +31,7 @@ def at_root_with_scratch_output(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_root_with_scratch_output")
 def test_code_prints_what_stands_below_it():
     (code,), (beginning,) = fenced("python"), fenced("text")

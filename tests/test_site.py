@@ -122,6 +122,7 @@ def at_a_desk(monkeypatch, tmp_path, batches_here):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_a_desk")
 @pytest.mark.parametrize("name", WALKS)
 def test_commands_of_a_tutorial_print_what_stands_below_them(name):
@@ -145,6 +146,7 @@ def run(command):
     return shown.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_cells_of_a_notebook_run(name, monkeypatch):
     monkeypatch.chdir(ROOT)

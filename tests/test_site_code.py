@@ -163,12 +163,14 @@ def run_lines(code, port, starting):
         run(line, starting)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), ALONE)
 def test_commands_run(page, code, desk, port, starting):
     desk(code)
     run_lines(code, port, starting)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in RUN_ON_PAGES])
 def test_examples_of_commands_run(example, desk, port, starting):
     desk(example)
@@ -189,6 +191,7 @@ def test_the_page_of_commands_has_these_examples_and_no_other_code():
     assert lines == EXAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", sorted({one.values[0] for one in BEHIND_WALKS}))
 def test_console_blocks_of_tutorials_run(page, desk, port, starting):
     """Behind the commands of their page; what these print is compared elsewhere."""
@@ -224,6 +227,7 @@ def test_the_one_check_runs_the_targets_that_the_pages_name():
     assert called.index("\nmake demo\n") < called.index("\nmake test\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), PYTHON)
 def test_python_runs(page, code, desk):
     desk(code)

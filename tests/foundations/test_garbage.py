@@ -41,6 +41,7 @@ def test_it_is_looked_for_again_after_a_failure():
     assert gc.get_freeze_count() == 0
 
 
+@pytest.mark.slow
 def test_what_holds_itself_is_cleared():
     gone = []
 

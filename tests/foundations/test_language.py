@@ -93,6 +93,7 @@ def places(message):
     return {field for _, field, _, _ in string.Formatter().parse(message) if field}
 
 
+@pytest.mark.slow
 def test_every_message_has_a_german_entry_and_no_entry_is_unused():
     marked, others = texts_of_sources()
     german = set(in_po("de"))

@@ -312,12 +312,14 @@ def seconds_of_check(frame, schema):
     return time.process_time() - started, checked
 
 
+@pytest.mark.slow
 def test_a_million_sound_rows_take_less_than_a_second(million_rows):
     seconds, checked = seconds_of_check(million_rows, MODEL_POINTS)
     assert checked.problems == ()
     assert seconds < 3.0  # usually 0.35 s
 
 
+@pytest.mark.slow
 def test_a_million_repeated_rows_are_found_in_time(million_rows):
     """Each row once more: not quadratic in their number."""
     doubled = pd.concat([million_rows, million_rows], ignore_index=True)
@@ -327,6 +329,7 @@ def test_a_million_repeated_rows_are_found_in_time(million_rows):
     assert seconds < 10.0  # usually 1 s
 
 
+@pytest.mark.slow
 def test_a_million_wrong_numbers_are_said_in_time(million_rows):
     text = million_rows["x"].map("{:.3f}".format).str.replace(".", ",")
     seconds, checked = seconds_of_check(million_rows.assign(x=text), MODEL_POINTS)

@@ -31,6 +31,7 @@ def all_readers(modules, tmp_path_factory):
     return modules("readers").readers(tmp_path_factory.mktemp("readers"))
 
 
+@pytest.mark.slow
 def test_hostile_files_end_in_a_result_or_a_message(modules, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said, kept = [], []
@@ -67,6 +68,7 @@ def test_every_format_has_a_sound_file(all_readers, tmp_path):
     assert names >= folders | markers | layers | pairs | {"heights.tif", "heights.xyz"}
 
 
+@pytest.mark.slow
 def test_every_kind_of_table_and_every_sound_file_is_read(all_readers, modules):
     """The seeds are sound: what is found is due to what was changed."""
     for reader in all_readers:
@@ -135,6 +137,7 @@ def _turns(*_):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limit", "hangs"), [("WAIT_SECONDS", _waits), ("HANG_SECONDS", _turns)]
 )

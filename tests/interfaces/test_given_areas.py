@@ -15,6 +15,7 @@ SQUARE = shapely.Polygon(CORNERS)
 CRS = "EPSG:31255"
 
 
+@pytest.mark.slow
 def test_a_table_is_planned_as_its_file(tmp_path):
     parts = shapely.box(57e3, 330e3, 60e3, 336e3), shapely.box(60e3, 330e3, 64e3, 336e3)
     table = geopandas.GeoDataFrame(geometry=list(parts), crs=CRS)

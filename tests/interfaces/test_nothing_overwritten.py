@@ -206,6 +206,7 @@ def test_a_lock_truncates_nothing(small_block, tmp_path, kind):
     assert snapshot(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_results_of_the_same_block_are_replaced(small_block, tmp_path):
     out = tmp_path / "out"
     assert run("densify", small_block.path, "-o", out).exit_code == 0
@@ -223,6 +224,7 @@ def test_results_of_the_same_block_are_replaced(small_block, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_tables_that_a_result_no_longer_has_are_removed(small_block, tmp_path):
     out = tmp_path / "out"
     block = es.read_block(small_block.path)
@@ -362,6 +364,7 @@ def test_a_failed_run_leaves_no_empty_folder(small_block, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", range(1, 30, 4))
 def test_a_run_that_ends_anywhere_leaves_a_folder_that_is_ours(
     small_block, tmp_path, monkeypatch, at
@@ -391,6 +394,7 @@ def test_a_run_that_ends_anywhere_leaves_a_folder_that_is_ours(
     assert {path.name for path in out.iterdir()} == names
 
 
+@pytest.mark.slow
 def test_plan_replaces_only_its_own(tmp_path, monkeypatch):
     # only what is written counts here
     monkeypatch.setattr(figure_files, "figure_bytes", lambda *_: {"svg": b"<svg/>"})
@@ -469,7 +473,7 @@ def test_no_export_replaces_what_a_block_reads(small_block, tmp_path, where):
     said = "computed from this file" if is_by_content else "is an input of the block"
     told = refused("export", tmp_path / "out", "--to", table, "--overwrite")
     assert said in told
-    assert "--overwrite does not replace inputs" in told
+    assert "inputs are never overwritten" in told
     with pytest.raises(OutputError, match=said):
         es.export(tmp_path / "out", table, overwrite=True)
     assert snapshot(tmp_path) == before

@@ -24,6 +24,8 @@ from einschalt.interfaces.publication import publish
 from einschalt.interfaces.reports import figure_files, planning_figures
 from einschalt.pipeline.batch.local_engine import Answer
 
+pytestmark = pytest.mark.slow
+
 POINTS = [(0, 0), (92, 0), (0, 90), (92, 90), (0, -90), (92, -90), (46, 5)]
 TABLES = {
     "models.csv": "model_id,point_id,x,y\n"

@@ -32,6 +32,7 @@ def plan_of_a_square(target, choices, **options):
     return es.plan_area(target, shapely.box(0, 0, 7000, 6000), choices, **options)
 
 
+@pytest.mark.slow
 def test_a_target_gives_the_plan_of_the_command():
     told = told_by_command("--target", 0.05, *FILM)
     # the command refines what is not typed
@@ -55,6 +56,7 @@ def test_a_target_gives_the_plan_of_the_command():
     assert es.simulate_plan(plan, seed=1).truth is not None
 
 
+@pytest.mark.slow
 def test_a_camera_is_planned_as_the_command_does():
     told = told_by_command("--target", 0.025, *UAV, *FLOWN)
     camera = es.camera_preset("uav_full_frame")
@@ -95,6 +97,7 @@ def test_every_camera_of_the_command_is_a_preset():
             es.PlanFrame.of_camera(wrong)
 
 
+@pytest.mark.slow
 def test_a_row_of_a_search_is_expected_as_it_is_checked():
     frame = es.PlanFrame(control_standard_error=0.02)
     found = es.find_plans(0.06, CHOICES, frame)
@@ -148,6 +151,7 @@ def test_a_plan_comes_whole_out_of_a_pickle():
     )
 
 
+@pytest.mark.slow
 def test_a_plan_over_an_area_comes_whole_out_of_a_pickle(tmp_path):
     east, north = np.meshgrid(np.arange(-1e3, 8001, 500.0), np.arange(-1e3, 7001, 500))
     ground = np.column_stack([east.ravel(), north.ravel(), 0.02 * east.ravel()])

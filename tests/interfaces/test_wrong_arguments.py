@@ -474,6 +474,7 @@ def printed_results():
         yield from () if other is None else (other, other.search)
 
 
+@pytest.mark.slow
 def test_no_result_of_planning_names_options():
     """Plans over an area advised ``--scale-number`` and ``--high-over-low``."""
     said = []
@@ -510,6 +511,7 @@ def test_photographs_follow_no_terrain_without_heights():
         es.plan_area(0.05, area, choices, follows_terrain=True)
 
 
+@pytest.mark.slow
 def test_a_plan_over_an_area_is_asked_where_its_target_holds():
     """As ``--where`` and ``--by`` do: in the centre of models it takes less."""
     area = shapely.box(0, 0, 7000, 6000)

@@ -12,6 +12,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 PLANE = ["easting", "northing"]
 SHARE, WORSE = 0.1, 4.0
 SEEDS = (810, 811, 812)

@@ -106,6 +106,7 @@ def test_seconds_grow_while_a_result_is_assessed_and_then_no_more(demo_block):
     assert result.seconds == assessed
 
 
+@pytest.mark.slow
 def test_the_interface_adds_writing_and_loses_nothing(tmp_path, demo_block):
     result = es.densify(demo_block)
     assert isinstance(result, es.DensificationResult)

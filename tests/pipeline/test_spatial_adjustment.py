@@ -48,6 +48,7 @@ def errors(points, truth):
     return points[SPACE].to_numpy() - true.to_numpy()
 
 
+@pytest.mark.slow
 def test_heights_between_few_control_points_follow_the_curved_earth():
     """Most models show too few of them to be placed, and so to be bent, alone."""
     over, claimed = [], []
@@ -66,6 +67,7 @@ def test_heights_between_few_control_points_follow_the_curved_earth():
     assert 0.7 < ratio < 1.4
 
 
+@pytest.mark.slow
 def test_covariances_are_those_of_the_errors_in_plan_and_height():
     plan, height, degrees = 0.0, 0.0, 0
     for seed in range(8):
@@ -184,6 +186,7 @@ def test_figure_of_the_heights_that_is_contradicted_is_not_left_alone(result):
     assert first_line in said.replace("\n    ", " ")
 
 
+@pytest.mark.slow
 def test_projection_centres_tie_the_models_of_images(from_images):
     adjusted = from_images.simultaneous
     centres = adjusted.centres
@@ -276,6 +279,7 @@ def mirrored(block, axis):
     return replace(block, low_flight=flight)
 
 
+@pytest.mark.slow
 def test_models_mirrored_in_plan_are_named(block):
     result = es.densify(mirrored(block, "x"), SIMULTANEOUS)
     found = judged_alone(result)
@@ -284,6 +288,7 @@ def test_models_mirrored_in_plan_are_named(block):
     assert result.examination.credible.is_lower_bound
 
 
+@pytest.mark.slow
 def test_models_without_relief_of_their_own_hold_their_plan(block):
     low = block.low_flight.model_points.assign(z=0.0)
     flat = replace(block, low_flight=replace(block.low_flight, model_points=low))

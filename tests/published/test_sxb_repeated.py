@@ -44,6 +44,7 @@ def new_points(result):
     return points.set_index("point_id")
 
 
+@pytest.mark.slow
 def test_new_points_move_as_little_as_they_claim(block, repeated):
     """Heights moved by up to 10 m and more, beside 0.6 m that were claimed."""
     first = new_points(es.densify(block))
@@ -68,6 +69,7 @@ def test_the_figure_is_not_that_of_the_turned_model(repeated):
             assert result.examination.credible.value < 0.16
 
 
+@pytest.mark.slow
 def test_check_points_with_approximate_coordinates_are_checks_still():
     """Nothing is fitted onto them, though a single table has control and checks."""
     block = es.read_block(FOLDER)

@@ -117,6 +117,7 @@ def test_check_points_enter_nothing_and_differ_as_in_the_bundle(result, publishe
     assert differences[["easting", "northing"]].abs().max().max() <= 0.085
 
 
+@pytest.mark.slow
 def test_one_adjustment_places_all_models_near_the_bundle(block, published):
     """Spatial models with their projection centres, beside a bundle of all rays."""
     found = es.densify(block, es.Settings(method="simultaneous"))

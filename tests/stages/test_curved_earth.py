@@ -47,11 +47,13 @@ def largest_errors(block, method):
     return np.hypot(*away[:2]), away[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_coordinates_are_right_to_a_tenth_of_a_millimetre(exact_block, method):
     assert max(largest_errors(exact_block, method)) < 1e-4
 
 
+@pytest.mark.slow
 def test_taken_for_cartesian_coordinates_they_would_be_wrong_by_a_decimetre(
     exact_block,
 ):
@@ -59,6 +61,7 @@ def test_taken_for_cartesian_coordinates_they_would_be_wrong_by_a_decimetre(
     assert largest_errors(flat, "two_step")[1] > 0.05
 
 
+@pytest.mark.slow
 def test_models_that_were_corrected_before_stay_as_they_are(exact_block):
     ignored = es.Settings(earth_curvature="ignored", outliers="keep")
     flat = es.densify(replace(exact_block, crs=None), es.Settings(outliers="keep"))
@@ -114,6 +117,7 @@ def test_models_and_centres_are_bent_and_without_a_system_stay_as_they_are(
 LILLE = {"crs": "EPSG:2154", "centre_easting": 700e3, "centre_northing": 7_090e3}
 
 
+@pytest.mark.slow
 def test_the_scale_of_the_map_changes_across_plane_models():
     """Without any error, in the north of France, where its map's scale changes most."""
     geometry = es.BlockGeometry(width=3e3, height=3e3, **LILLE)

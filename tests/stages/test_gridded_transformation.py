@@ -93,6 +93,7 @@ def test_every_point_comes_back(held_out):
     np.testing.assert_allclose(again[columns], points[columns], atol=1e-6, rtol=0)
 
 
+@pytest.mark.slow
 def test_finland_is_predicted_better_than_by_triangles():
     old, new = (
         pd.read_csv(FINLAND / f"{name}.csv")

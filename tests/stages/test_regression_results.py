@@ -263,6 +263,7 @@ def test_flights_that_there_are_not_are_refused(good_result):
         regression_of_flight(None, None, "1")
 
 
+@pytest.mark.slow
 def test_nobody_imports_statsmodels_who_does_not_ask_for_it():
     # nor matplotlib: reports draw their pictures themselves
     code = (

@@ -10,6 +10,7 @@ from tests.truth.long_form.area_plans import CAMERAS_OF, DESIGNS, plan_of, true_
 from einschalt.pipeline.planning.area.recommended import propagate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["film 3", "large format 6", "UAV 3"])
 def test_expected_is_true_within_3_percent_and_what_the_simulation_leaves_open(name):
     expected = propagate(plan_of(name)).mean

@@ -20,6 +20,7 @@ def kind_of(name):
     return next(kind for kind in KINDS if kind.name == name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "method"),
     [
@@ -37,6 +38,7 @@ def test_a_blunder_is_told_and_covered(block, name, method):
     assert outcome.covered >= LEAST_COVERED
 
 
+@pytest.mark.slow
 def test_gross_errors_of_photographs_that_leave_no_two_steps_are_told():
     """One name in twenty is wrong: of one flight no model is held."""
     drawn, kind, rng = draw(1008)

@@ -8,6 +8,8 @@ from tests.given_approximations import onto_given_approximations
 
 from einschalt.pipeline.densify import densify
 
+pytestmark = pytest.mark.slow
+
 N_BLOCKS = 4
 
 

@@ -18,6 +18,7 @@ SHORT = ["film 1:6000, 200 m", "UltraCam 1:25000, 300 m", "UAV 36 mm 1:24000, 20
 SEEDS = range(1, 7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHORT)
 def test_expected_is_true_within_5_percent(name):
     figures = expect_precision(DESIGNS[name]).figures

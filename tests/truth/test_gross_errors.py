@@ -33,6 +33,7 @@ def loss(runs, way, part):
     return np.sqrt(with_errors / without)
 
 
+@pytest.mark.slow
 def test_points_with_the_redundancy_to_find_them_lose_little(runs):
     everything, checked = 0, 1
     assert loss(runs, "snoop", checked) < 1.05

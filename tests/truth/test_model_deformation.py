@@ -16,6 +16,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.pipeline.summary.sections.model_deformation import belief_text
 
+pytestmark = pytest.mark.slow
+
 EDGE_UM = 18.75  # 15 cm at 1:8000
 SEEDS = range(3)
 SMALL_SEEDS = range(40)

@@ -50,6 +50,7 @@ def clean(neukirchen):
     return runs
 
 
+@pytest.mark.slow
 def test_clean_blocks_raise_no_alarm(clean):
     # at 0.001 a block, none of twelve; two would have the probability 0.0001
     assert (
@@ -98,6 +99,7 @@ def test_snooping_keeps_the_propagated_precision_true(clean):
     assert np.mean(squares) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_gross_errors_do_no_harm_once_they_are_looked_for(clean):
     noise = BlockNoise(low_gross_error_share=0.01, low_gross_error_um=50.0)
     screened, kept = [], []
@@ -123,6 +125,7 @@ def test_sizes_of_errors_come_out_as_they_were_simulated(clean, source):
     assert abs(z.mean()) < 3.3 / np.sqrt(len(z))
 
 
+@pytest.mark.slow
 def test_a_given_m_g_that_is_wrong_by_half_is_always_called_out(neukirchen):
     for seed in range(2):
         block = neukirchen(seed)

@@ -15,6 +15,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(5)
 EDGE_M = 0.15
 PLANE = ["easting", "northing"]

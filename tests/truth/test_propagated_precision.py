@@ -90,6 +90,7 @@ def means():
     return SimpleNamespace(of=rows, all=pd.DataFrame(rows).mean(axis=1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES, ids=" ".join)
 def test_claims_are_true(means, mode):
     found = means.of[mode]

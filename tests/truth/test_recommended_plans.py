@@ -21,6 +21,7 @@ from tests.truth.long_form.recommended_plans import (
 OF_REQUESTS = (46, 78, 84, 126, 160, 195)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("study", "seeds"), [(outcome_of, OF_REQUESTS), (outcome_over_area, range(3))]
 )

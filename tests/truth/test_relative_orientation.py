@@ -94,6 +94,7 @@ def test_every_pair_is_oriented_or_says_that_it_is_not(pairs, oriented):
     assert not (oriented.status == NOT_CONVERGED).any()
 
 
+@pytest.mark.slow
 def test_as_good_as_an_efficient_estimator(pairs, oriented):
     places = np.flatnonzero(~oriented.is_ambiguous & (oriented.status == ORIENTED))
     assert len(places) > 0.98 * N_PAIRS

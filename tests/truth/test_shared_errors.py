@@ -20,6 +20,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 SEEDS, N_STRIPS = range(8), 8
 # between blocks claimed over true scatters by 0.22, and the share in the ellipses by
 # 0.076 (20 blocks of each kind, tests.truth.long_form real_life): 3.5 standard errors

@@ -32,6 +32,7 @@ def rms_cm(sums):
     return 100.0 * np.sqrt(squares / count)
 
 
+@pytest.mark.slow
 def test_affine_models_reach_the_error_of_an_independent_simulation(runs):
     # 2.73 cm; one block scatters by 4 % of it
     assert rms_cm(runs["affine"]) == pytest.approx(2.73, abs=0.2)

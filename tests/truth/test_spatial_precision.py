@@ -49,6 +49,7 @@ def runs(request):
     return SimpleNamespace(**dict(zip(names, np.transpose(found), strict=True)))
 
 
+@pytest.mark.slow
 def test_normalised_squares_are_one(runs):
     for squares in (runs.square, runs.height):
         scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))

@@ -82,6 +82,7 @@ def run(monkeypatch, engine, blocks, output):
     return table, time.monotonic() - started
 
 
+@pytest.mark.slow
 def test_the_batch_ends_and_says_which_and_why(
     thirty, tmp_path, monkeypatch, benchmark_module
 ):

@@ -83,6 +83,7 @@ def mixed(tmp_path_factory, make_blocks, breakages):
     return root, table.set_index("block")
 
 
+@pytest.mark.slow
 def test_sound_blocks_are_done_and_have_their_files(mixed):
     root, table = mixed
     done = table[table["outcome"] == "done"]
@@ -194,6 +195,7 @@ def first_run(kept, run, make_blocks, tmp_path_factory):
     return call
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "old", "new", "why"),
     [
@@ -234,6 +236,7 @@ def test_clock_that_jumps_while_a_batch_runs(folder, tmp_path, run, monkeypatch,
     assert left(tmp_path / "jumping") == left(tmp_path / "calm")
 
 
+@pytest.mark.slow
 def test_settings_and_version_count(folder, tmp_path, run, first_run, monkeypatch):
     out = tmp_path / "out"
     first_run(out)
@@ -503,6 +506,7 @@ def test_blocks_that_differ_in_case_only_do_not_stop_the_others(folder, tmp_path
     assert not (tmp_path / "out" / "good").exists()
 
 
+@pytest.mark.slow
 def test_points_that_moved_are_listed(folder, tmp_path, run, first_run):
     """A control point corrected by 20 m takes the points near it along."""
     out = tmp_path / "out"
@@ -529,6 +533,7 @@ def test_points_that_moved_are_listed(folder, tmp_path, run, first_run):
     assert pd.isna(table.loc["block_00", "n_moved"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("which", "until", "error"),
     [
@@ -679,6 +684,7 @@ def test_marks_of_a_run_are_hidden_and_go(folder, tmp_path, run):
     assert not (tmp_path / "out" / batch_run.MARKS).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_same_bytes_for_any_number_of_workers(mixed, left):
     root, _ = mixed  # with two
@@ -696,6 +702,7 @@ def test_an_output_that_cannot_be_written_is_said(folder, tmp_path, monkeypatch)
         es.densify_many([folder / "block_00"], tmp_path / "out", workers=1)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="bytes as names of POSIX")
 def test_names_of_folders_may_be_anything(
     tmp_path, make_block, monkeypatch, engine_here
@@ -769,6 +776,7 @@ def test_a_block_whose_input_was_being_written_is_tried_again(
     assert table.loc["block_00", "outcome"] == "done"
 
 
+@pytest.mark.slow
 def test_a_clock_that_was_wrong_leaves_nothing_behind(folder, tmp_path, run, left):
     """Results, marks and leftovers from the year 2100, found by a run of today."""
     out = tmp_path / "out"

@@ -107,6 +107,7 @@ def test_a_result_whose_worker_was_killed_is_taken_for_the_one_asked_for(
     assert not (folder / "changes.csv").exists()
 
 
+@pytest.mark.slow
 def test_a_result_of_before_is_computed_again_where_it_is_asked_for(
     small_block, tmp_path
 ):
@@ -121,6 +122,7 @@ def test_a_result_of_before_is_computed_again_where_it_is_asked_for(
     assert result_since(replace(task, former=None)) is None
 
 
+@pytest.mark.slow
 def test_results_in_another_system_are_not_compared(small_block, tmp_path):
     folder = tmp_path / "out"
     for crs in ('crs = "EPSG:31255"', 'crs = "EPSG:31256"'):
@@ -133,6 +135,7 @@ def test_results_in_another_system_are_not_compared(small_block, tmp_path):
     assert not (folder / "changes.csv").exists()
 
 
+@pytest.mark.slow
 def test_a_block_whose_grid_changed_is_computed_again(small_block, tmp_path):
     settings = 'grids = "grids"\ncrs_accuracy_m = 2.0'
     lucerne = (8.0, 47.0)

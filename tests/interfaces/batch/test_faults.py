@@ -25,6 +25,8 @@ from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_b
 from einschalt.pipeline.batch import local_engine
 from einschalt.pipeline.batch.local_engine import LocalEngine
 
+pytestmark = pytest.mark.slow
+
 LINUX = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 
 

@@ -34,6 +34,7 @@ def first(tmp_path_factory, blocks, spawn):
     return output, spawn("batch", blocks, "--output", output, "--workers", 1)
 
 
+@pytest.mark.slow
 def test_status_1_where_a_block_failed(first):
     output, done = first
     assert done.returncode == 1
@@ -59,6 +60,7 @@ def failed_block(invoke, make_block, tmp_path_factory):
     return output, json.loads(invoke(*call).stdout)
 
 
+@pytest.mark.slow
 def test_json_names_block_file_and_row_of_each_fault(failed_block):
     _, outcome = failed_block
     assert outcome["status"] == 1
@@ -201,6 +203,7 @@ def test_no_blocks(invoke, tmp_path):
     assert "the folder holds no block" in shown.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_this_process")  # what goes on; what ends is a process
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interruption_ends_with_130_and_is_continued(blocks, tmp_path, invoke):

@@ -69,6 +69,7 @@ def test_the_former_word_of_a_method_is_understood(invoke, block_folder, tmp_pat
     assert said in " ".join(shown.stderr.split())
 
 
+@pytest.mark.slow
 def test_results_are_written_and_said(block_folder, tmp_path):
     output = tmp_path / "out"
     words = ("densify", block_folder, "--output", output)
@@ -146,6 +147,7 @@ def test_a_print_of_no_report_is_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_path):
     folder = tmp_path / "block"
     shutil.copytree(block_folder, folder)
@@ -180,6 +182,7 @@ def test_failed_models_are_said_and_the_status_is_0(invoke, block_folder, tmp_pa
     assert len(pd.read_csv(tmp_path / "out" / "failures.csv")) == 1
 
 
+@pytest.mark.slow
 def test_a_user_error_is_a_message_without_traceback(spawn, spoilt_folder, tmp_path):
     done = spawn("densify", spoilt_folder, "--output", tmp_path / "out")
     assert done.returncode == 2
@@ -205,6 +208,7 @@ def test_an_output_that_is_a_file_is_said(invoke, block_folder, tmp_path):
     assert "Traceback" not in shown.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interruption_ends_with_130(tmp_path):
     # a block that takes long enough to be interrupted
@@ -227,6 +231,7 @@ def test_an_interruption_ends_with_130(tmp_path):
     assert "Traceback" not in said
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell with pipes")
 def test_a_reader_that_goes_away_is_no_fault(small_block, tmp_path):
     folders = f'"{small_block.path}" -o "{tmp_path / "out"}"'
@@ -242,6 +247,7 @@ def test_a_reader_that_goes_away_is_no_fault(small_block, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_console_without_the_characters_does_not_stop_a_run(
     spawn, block_folder, tmp_path
 ):
@@ -284,6 +290,7 @@ def refuted_folder(tmp_path, block_folder):
     return folder
 
 
+@pytest.mark.slow
 def test_strict_ends_with_3_where_the_claim_does_not_stand(
     invoke, block_folder, refuted_folder, tmp_path
 ):
@@ -302,6 +309,7 @@ def test_strict_ends_with_3_where_the_claim_does_not_stand(
     assert sound.exit_code == 0
 
 
+@pytest.mark.slow
 def test_what_is_found_is_in_the_object(invoke, faulty_result, tmp_path):
     write_block(faulty_result.block, tmp_path / "block")
     words = ("densify", tmp_path / "block", "--output", tmp_path / "out", "--json")

@@ -141,6 +141,7 @@ def shell(command, folder, **environment):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "status"),
     [
@@ -167,6 +168,7 @@ def test_closed_and_full_streams_end_with_a_status(
         assert b"no space left" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["0", "1"])
 def test_any_name_of_a_folder_in_the_c_locale(mode, tmp_path, small_block):
     name = os.fsdecode("Vöckla√".encode() + b"\xff")

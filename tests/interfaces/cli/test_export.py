@@ -2,8 +2,11 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from einschalt.interfaces.programs.recognised import read_foreign
+
+pytestmark = pytest.mark.slow
 
 KNOWN = ("--crs", "EPSG:31255", "--high-m-g-um", "7.5", "--low-m-g-um", "5")
 

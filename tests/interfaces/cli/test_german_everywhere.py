@@ -410,6 +410,7 @@ def test_faults_of_input_are_told_in_german_alone(fault, in_both_languages):
     assert_german(in_both_languages("check the_blocks/sound", spoil))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_this_process")
 def test_batches_that_go_on_are_told_in_german_alone(in_both_languages, invoke):
     def computed(desk):

@@ -372,6 +372,7 @@ def test_two_cameras_are_not_chosen_between_in_silence(invoke, of_images, tmp_pa
     assert not (tmp_path / "b").exists()
 
 
+@pytest.mark.slow
 def test_a_sheet_or_a_layer_can_be_named_behind_its_file(invoke, export, tmp_path):
     """Two tables of control: which of them is meant is asked, and can be answered."""
     columns = pyogrio.read_dataframe(export / "Punkte.xlsx")
@@ -666,6 +667,7 @@ def test_scales_are_those_of_the_points_in_one_system(invoke, tmp_path):
     assert "expected 100 to" not in output
 
 
+@pytest.mark.slow
 def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
     source = EXAMPLES / "sxb_strasbourg"
     given = ("--from", source / "control_points.csv", source / "image_points.csv")
@@ -690,6 +692,7 @@ def test_photographs_and_control_alone_make_a_block(invoke, tmp_path):
     assert not (tmp_path / "b" / "block.toml").exists()
 
 
+@pytest.mark.slow
 def test_models_on_little_control_are_adjusted_together(invoke, tmp_path):
     """Of nine models one alone shows three of six control points."""
     source = EXAMPLES / "sxb_strasbourg"
@@ -738,6 +741,7 @@ def test_machine_models_and_control_alone_make_a_block(invoke, tmp_path):
     assert 0.5 < result.examination.credible.value / rms < 2.0
 
 
+@pytest.mark.slow
 def test_what_is_written_again_is_kept_beside(invoke, tmp_path):
     source, folder = EXAMPLES / "sxb_strasbourg", tmp_path / "b"
     given = ("--from", source / "control_points.csv", source / "image_points.csv")

@@ -66,6 +66,7 @@ def test_degrees_need_a_plane_system_of_the_place(invoke, control, degrees, tmp_
     assert shown.exit_code == 0, shown.output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crs", ["EPSG:27561", "a local system"])
 def test_degrees_of_a_plane_system_are_told(invoke, control, degrees, tmp_path, crs):
     path = write_geojson(tmp_path / "c.geojson", control, degrees, crs)

@@ -26,6 +26,7 @@ def test_the_option_goes_before_the_locale(invoke, block_folder, monkeypatch):
     assert shown.stdout == f"{block_folder}: nothing wrong\n"
 
 
+@pytest.mark.slow
 def test_german_results_have_the_same_data(invoke, block_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     for language in ("en", "de"):

@@ -15,6 +15,8 @@ from tests.ntv2_grids import write_ntv2
 
 from einschalt.interfaces.files import result_folder
 
+pytestmark = pytest.mark.slow
+
 AUSTRIA = "at_bev_AT_GIS_GRID_2021_09_28.tif"
 # systems of control and block, place, grid, accuracy without it and with it [m]
 PAIRS = {

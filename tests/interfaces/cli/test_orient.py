@@ -514,6 +514,7 @@ def test_hopeless_models_are_rows_with_verdict_and_reason(invoke, tmp_path, meth
     assert read(out, "parameters")["model_id"].tolist() == [*hopeless, "good"]
 
 
+@pytest.mark.slow
 def test_as_a_process(spawn, terrain, tmp_path):
     out = ["-o", tmp_path / "out"]
     options = ["--principal-distance", "152", "--altitude", "1600", *out]

@@ -30,6 +30,7 @@ def test_without_arguments_it_gives_the_tables_of_1971(invoke, golden):
     golden(shown.stdout, "plan_1971.txt")
 
 
+@pytest.mark.slow
 def test_defaults_take_hardly_longer_than_a_library_of_tables(processor_seconds):
     call, library = ("-m", "einschalt", "plan"), ("-c", "import pandas")
     ours, without = processor_seconds(call, library)
@@ -100,6 +101,7 @@ def test_nonsense_is_refused_with_the_remedy(option, value, says, invoke):
     assert "Traceback" not in shown.stderr
 
 
+@pytest.mark.slow
 def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
     shown = invoke(
         *("plan", "--target", 0.06, "--scale", "7000,9000", "--spacing", 300),
@@ -161,6 +163,7 @@ def test_programs_are_told_what_a_layout_is_worth(invoke):
     assert told["n_new"] + told["n_control"] == 169
 
 
+@pytest.mark.slow
 def test_a_layout_is_expected(invoke, tmp_path):
     shown = invoke(
         *("plan", "--expect", "--scale", 8000, "--spacing", 300, "--m-g-um", 5),
@@ -172,6 +175,7 @@ def test_a_layout_is_expected(invoke, tmp_path):
     assert (tmp_path / "plan" / "precision_map.svg").exists()
 
 
+@pytest.mark.slow
 def test_terrain_is_judged_at_every_scale(invoke, tmp_path):
     heights = tmp_path / "heights.csv"
     heights.write_text(
@@ -190,6 +194,7 @@ def test_terrain_is_judged_at_every_scale(invoke, tmp_path):
     assert (tmp_path / "plan" / "diagrams.png").exists()
 
 
+@pytest.mark.slow
 def test_a_figure_may_stand_in_the_folder_that_is_made(invoke, tmp_path):
     folder = tmp_path / "new"
     asked = ("--spacing", 300, "--output", folder, "--figure", folder / "f.svg")
@@ -277,6 +282,7 @@ def test_terrain_is_judged_for_both_flights_of_a_layout(invoke, tmp_path):
     assert "1:16000" in said
 
 
+@pytest.mark.slow
 def test_costs_rank_the_plans(invoke, tmp_path):
     def cheapest(*costs):
         options = ("--target", 0.08, "--spacing", 300, "--output", tmp_path / "p.csv")
@@ -396,6 +402,7 @@ def test_a_height_limit_that_is_none_is_refused(invoke):
     assert "--max-height = 0; expected 5 to 20000 metres" in shown.stderr
 
 
+@pytest.mark.slow
 def test_plans_without_a_bound_of_their_error_are_told_and_written(invoke, tmp_path):
     options = ("--target", "1mm", "--scale-number", 8000, "--spacing", 600)
     shown = invoke("plan", *options, "--output", tmp_path / "out")

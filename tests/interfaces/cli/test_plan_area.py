@@ -64,6 +64,7 @@ def layer(folder, name):
     return table.to_pandas(), shapes
 
 
+@pytest.mark.slow
 def test_the_headline_is_a_plan_that_holds(flown):
     said, folder = flown
     assert said.startswith("Recommended: ")
@@ -185,6 +186,7 @@ def test_options_of_areas_are_named_where_there_is_none(invoke):
     assert "Not used for the tables: --crs." in shown.stdout
 
 
+@pytest.mark.slow
 def test_a_limit_over_ground_without_heights_is_told(invoke, folder):
     asked = ("plan", "--target", "8cm", "--area", folder / "area.geojson", *SMALL)
     asked = (*asked, "--n-coverages", 2, "--json")
@@ -229,6 +231,7 @@ def _rectangle(folder, crs, east, north):
     return folder / "area.geojson"
 
 
+@pytest.mark.slow
 def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
     """PSAD56 of Peru is good to 16 m: no KML, and a remedy that plans have not."""
     area = _rectangle(tmp_path, "EPSG:24878", 500_000, 8_700_000)
@@ -241,6 +244,7 @@ def test_kml_is_for_a_look_in_systems_of_old_datums_too(tmp_path, invoke):
     assert re.fullmatch(r"PSAD56 to WGS 84 \(\d+\) \(\d\d m\)", by[1])
 
 
+@pytest.mark.slow
 def test_kml_is_written_by_the_operation_that_it_names(tmp_path, invoke, monkeypatch):
     """Chosen once, of all that is drawn: pieces near a border might have another."""
     asked = []
@@ -262,6 +266,7 @@ def test_kml_is_written_by_the_operation_that_it_names(tmp_path, invoke, monkeyp
     assert asked == [5 + 2 * lines + sum(tables.values())]
 
 
+@pytest.mark.slow
 def test_a_plan_that_has_no_place_in_degrees_is_written_without_kml(tmp_path, invoke):
     """Exchanged easting and northing: all was computed, and nothing written."""
     area = _rectangle(tmp_path, "EPSG:31255", 320_000, 10_000)

@@ -58,6 +58,7 @@ def test_the_json_has_them_as_that_of_a_target_has(invoke):
         assert told[f"{flight}gsd"] == pytest.approx(pixel * scale)
 
 
+@pytest.mark.slow
 def test_a_flight_above_the_usual_limit_is_told(invoke, tmp_path):
     first = f"The high flight, 164 m above ground, {OVER_120}"
     assert f"{first} Give a --high-scale-number of at most 3428" in one_line(
@@ -138,6 +139,7 @@ def test_heights_on_the_limit_keep_it_and_one_above_is_seen_to_be():
     assert "1:3010" in said_of_scales([2000.0, 3010.0], 0.04, 120.0)
 
 
+@pytest.mark.slow
 def test_they_are_german_too(invoke, tmp_path):
     asked = ("--language", "de")
     for call in (

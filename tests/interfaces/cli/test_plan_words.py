@@ -151,6 +151,7 @@ def test_the_next_best_plan_has_what_the_recommended_one_has(invoke, tmp_path):
     assert other["cost"] == pytest.approx(per_km2)
 
 
+@pytest.mark.slow
 def test_all_columns_of_the_map_are_explained(flight_plan, invoke):
     layers = {name for name, _ in pyogrio.list_layers(flight_plan)}
     assert layers == set(LAYERS)

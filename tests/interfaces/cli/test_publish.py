@@ -16,6 +16,7 @@ def vertices(path):
     return content["vertices"], content["triangles"]
 
 
+@pytest.mark.slow
 def test_results_are_published_at_once_or_later_and_are_the_same(invoke, tmp_path):
     out = tmp_path / "out"
     options = "--kind", "helmert", "--distribute", "triangles", "--output", out
@@ -61,6 +62,7 @@ def test_a_wrong_name_is_refused_before_the_work(invoke, tmp_path):
     assert not (tmp_path / "o").exists()
 
 
+@pytest.mark.slow
 def test_a_grid_is_published_at_once_or_later_and_is_the_same(invoke, tmp_path):
     out = tmp_path / "out"
     options = "--distribute", "collocation", "--output", out, "--cell", "20000"

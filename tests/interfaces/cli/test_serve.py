@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 import einschalt
 from einschalt.interfaces.cli.work import serve as work
 
@@ -30,6 +32,7 @@ def test_other_computers_are_no_choice(invoke, tmp_path):
     assert "127.0.0.1" in ended.stderr
 
 
+@pytest.mark.slow
 def test_only_the_local_page_knows_its_framework():
     for path in SOURCE.rglob("*.py"):
         if path.parent.name == "local_page":

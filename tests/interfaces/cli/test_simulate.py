@@ -89,6 +89,7 @@ def test_values_out_of_range_are_said(option, value, says, invoke, tmp_path):
     assert "Traceback" not in shown.stderr
 
 
+@pytest.mark.slow
 def test_repetitions_set_truth_against_claim(invoke, tmp_path):
     options = ["--preset", "demo", "--repeat", "2", "--workers", "1", "--seed", "3"]
     said = invoke("simulate", "--output", tmp_path / "out", *options)

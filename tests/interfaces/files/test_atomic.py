@@ -273,6 +273,7 @@ def without_time(name, data):
     )
 
 
+@pytest.mark.slow
 def test_killed_writers_leave_only_whole_files(
     tmp_path, writer, large_result, good_result, monkeypatch
 ):

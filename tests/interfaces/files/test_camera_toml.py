@@ -136,6 +136,7 @@ def pixel_block(image_block):
     return replace(image_block, low_flight=pixels)
 
 
+@pytest.mark.slow
 def test_pixels_give_the_same_points(image_block, pixel_block):
     assert pixel_block.low_flight.principal_distance_mm == pytest.approx(
         image_block.low_flight.principal_distance_mm

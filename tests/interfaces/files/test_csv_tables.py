@@ -270,6 +270,7 @@ SIGNED_NAMES = st.text(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=N_EXAMPLES, deadline=None)
 @given(names=st.lists(SIGNED_NAMES, min_size=1, max_size=6))
 def test_every_name_comes_back_through_a_file(tmp_path_factory, names):
@@ -301,6 +302,7 @@ TABLES = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=N_EXAMPLES, deadline=None)
 @given(rows=TABLES)
 def test_fast_reading_says_what_reading_row_by_row_says(tmp_path_factory, rows):
@@ -400,6 +402,7 @@ def seconds_of(function, *arguments):
     return time.process_time() - started, value
 
 
+@pytest.mark.slow
 def test_a_million_rows_are_read_and_checked_in_seconds(tmp_path, million_rows):
     path = written(tmp_path, million_rows)
     reading, frame = seconds_of(read_csv, path, MODEL_POINTS)

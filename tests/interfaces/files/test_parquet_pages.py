@@ -87,6 +87,7 @@ def test_only_encodings_that_write_names_out_are_trusted(tmp_path, encoding):
     assert (pages_of(path) != [None]) is is_known
 
 
+@pytest.mark.slow
 def test_headers_that_do_not_add_up_tell_nothing(tmp_path):
     path = tmp_path / "t.parquet"
     parquet.write_table(pa.table({"point_id": [f"P{k}" for k in range(1000)]}), path)
@@ -270,6 +271,7 @@ print((most_kilobytes() - before) // 1024)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
 @pytest.mark.parametrize("kind", OF_LONG)
 def test_numbers_that_would_fill_the_memory_are_refused_before(tmp_path, kind):

@@ -152,6 +152,7 @@ def test_degrees_in_columns_that_say_metres_are_refused(small_block):
     assert problem.expected == "columns longitude and latitude, in degrees"
 
 
+@pytest.mark.slow
 def test_metres_of_a_system_in_feet_lie_outside_of_it(small_block):
     moved_block(small_block, "EPSG:32118", NEW_YORK)
     small_block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "EPSG:2263"')

@@ -147,6 +147,7 @@ def test_folder_that_cannot_be_written(tmp_path, good_result):
         write_result(good_result, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_name_with_umlauts_blanks_and_commas(tmp_path, good_result):
     strange = 'Ö "7", 8'
     points = good_result.points.copy()
@@ -156,6 +157,7 @@ def test_name_with_umlauts_blanks_and_commas(tmp_path, good_result):
     assert back["point_id"].iloc[0] == strange
 
 
+@pytest.mark.slow
 def test_from_folder_to_folder(tmp_path, demo_block):
     """Write a block, read it, densify it, write the result: twice the same."""
     write_block(demo_block, tmp_path / "block")
@@ -168,6 +170,7 @@ def test_from_folder_to_folder(tmp_path, demo_block):
             assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measurement", ["parallaxes", "images"])
 def test_oriented_models_stand_in_orientations(tmp_path, measurement):
     geometry = replace(PRESETS["demo"].geometry, measurement=measurement)
@@ -196,6 +199,7 @@ def test_a_block_is_not_overwritten_by_its_result(good_result, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["block.toml"]
 
 
+@pytest.mark.slow
 def test_moves_of_the_passes_are_a_table(demo_block, tmp_path):
     result = densify(demo_block, Settings(iterations=3))
     write_result(result, tmp_path / "out")

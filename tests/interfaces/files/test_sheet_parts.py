@@ -68,6 +68,7 @@ def test_the_table_that_fits_is_read(tmp_path, suffix, title, n_empty):
         assert f"t{suffix}: {told}{first} to {last}" in points.notes
 
 
+@pytest.mark.slow
 def test_init_sees_every_table_of_a_sheet(tmp_path):
     path = write(tmp_path / "t.xlsx", [*CONTROL, *EMPTY, *MODELS])
     found = {one.kind: len(one.frame) for one in look_at(path, Said())}

@@ -130,6 +130,7 @@ def read_measured(path):
     return str(refused.value), peak_megabytes() - before
 
 
+@pytest.mark.slow
 def test_many_cells_that_are_all_alike_are_refused(tmp_path):
     """They took 1.4 GB: a small file with 13.5 million of them, each a real one."""
     path = tmp_path / "t.xlsx"

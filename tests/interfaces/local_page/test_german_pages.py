@@ -87,6 +87,7 @@ def test_fields_have_figures_as_germans_type_them(german):
     assert "MGI / Austria GK" in block  # the system by its name
 
 
+@pytest.mark.slow
 def test_a_run_speaks_german_and_so_does_its_report(german, root):
     page = german.post("/start", {"path": "nine", "output": "out"})
     assert page.status == 303

@@ -11,7 +11,10 @@ from tests.interfaces.local_page.chromium import PROGRAM, Chromium
 
 from einschalt.interfaces.local_page import server
 
-pytestmark = pytest.mark.skipif(PROGRAM is None, reason="no Chromium is installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(PROGRAM is None, reason="no Chromium is installed"),
+]
 
 # by make browser
 AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"

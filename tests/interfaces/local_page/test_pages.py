@@ -238,6 +238,7 @@ def test_a_start_without_a_block_is_refused(visit, root):
     assert list(root.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_many_blocks_fill_a_table(visit, root, make_block):
     make_block(root / "sound")
     spoilt = make_block(root / "<i>spoilt")
@@ -264,6 +265,7 @@ def test_many_blocks_fill_a_table(visit, root, make_block):
     assert (root / "all" / "blocks.html").exists()
 
 
+@pytest.mark.slow
 def test_a_block_that_names_files_elsewhere_is_left_out_of_a_batch(
     visit, root, make_block
 ):

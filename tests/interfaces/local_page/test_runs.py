@@ -41,6 +41,7 @@ def is_computing(state):
     return state["stage"] not in ("starting", str(Stage.READING))
 
 
+@pytest.mark.slow
 def test_a_block_is_computed_and_its_report_shown(visit, root, small_block):
     small_block.path.rename(root / "nine <points>")
     visitor = visit(root)
@@ -73,6 +74,7 @@ def test_a_block_is_computed_and_its_report_shown(visit, root, small_block):
     assert visitor.get("/report?path=new/out").status == 404
 
 
+@pytest.mark.slow
 def test_a_cancelled_run_leaves_nothing(visit, root, small_block, runs_wait):
     small_block.path.rename(root / "block")
     visitor = visit(root)
@@ -86,6 +88,7 @@ def test_a_cancelled_run_leaves_nothing(visit, root, small_block, runs_wait):
     assert "nothing was written" in visitor.get("/run/1").text
 
 
+@pytest.mark.slow
 def test_a_run_that_is_ended_leaves_nothing(visit, root, small_block, runs_wait):
     small_block.path.rename(root / "block")
     visitor = visit(root)
@@ -145,6 +148,7 @@ def test_the_oldest_runs_that_have_ended_are_forgotten(start, monkeypatch):
     assert start.runs.get(3).number == 3
 
 
+@pytest.mark.slow
 def test_a_run_whose_server_was_killed_ends_without_a_word(root, small_block):
     """It is nobody's any more: no answer is read, and no line of input comes."""
     question = {"kind": "densify", "block": str(small_block.path), "given": {}}

@@ -70,6 +70,7 @@ def test_plans_that_were_laid_out_show_what_they_come_to_first():
             assert ENGLISH.findall(DATA.sub("", re.sub(r"<[^>]+>", " ", card))) == []
 
 
+@pytest.mark.slow
 def test_cards_and_the_report_alone_are_german_where_it_is_asked_for(
     faulty_result, demo_block, tmp_path
 ):

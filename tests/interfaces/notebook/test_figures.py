@@ -66,6 +66,7 @@ HAS_NONE_OF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("result", HAS_NONE_OF)
 def test_each_is_drawn_on_the_axes_that_are_given(result, request):
     plot = ResultPlots(request.getfixturevalue(result))
@@ -99,6 +100,7 @@ def not_german(texts):
     return [text for text in said if ENGLISH.search(text) or re.search(r"\d\.\d", text)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("result", HAS_NONE_OF)
 def test_each_is_german_where_german_is_asked_for(result, request):
     plot = ResultPlots(request.getfixturevalue(result))
@@ -118,6 +120,7 @@ def test_each_is_german_where_german_is_asked_for(result, request):
         plt.close("all")
 
 
+@pytest.mark.slow
 def test_figures_of_plans_are_german_where_german_is_asked_for():
     design = es.FlightDesign(
         scale_number=8000, spacing=300, m_g_um=5, width=3000, height=3000

@@ -15,6 +15,8 @@ from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 from einschalt.interfaces.programs.export import WRITERS
 from einschalt.interfaces.programs.handed_over import HandedOver
 
+pytestmark = pytest.mark.slow
+
 PLANE = ["easting", "northing"]
 COLUMNS = ["point_id", *PLANE, "height", "role"]
 DECIMALS = 4  # that the formats keep

@@ -57,6 +57,7 @@ def test_proj_gives_what_the_result_gives_there_and_back(form, published, within
     np.testing.assert_allclose(back, within[0], **CLOSE)
 
 
+@pytest.mark.slow
 def test_proj_finds_the_grid_by_name(published, within):
     def run():
         systems = "EINSCHALT:SMOOTH", "EPSG:3067"
@@ -100,6 +101,7 @@ def test_bands_and_tags_are_those_of_the_format(published, finland, within):
     np.testing.assert_allclose(bands[2:, row, column], found, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_names_in_other_letters_do_no_harm(finland, tmp_path):
     own = pyproj.CRS("EPSG:3067").to_json_dict() | {"name": "Järjestelmä"}
     own.pop("id")

@@ -78,6 +78,7 @@ def with_database(path, work):
         del os.environ["PROJ_AUX_DB"]
 
 
+@pytest.mark.slow
 def test_finlands_own_transformation_is_reproduced(published, within):
     """PROJ's documentation: (3210000, 6700000) → (209948.3217, 6697187.0009)."""
     for text in published.operations[["proj", "wkt"]].iloc[0]:
@@ -90,6 +91,7 @@ def test_finlands_own_transformation_is_reproduced(published, within):
         np.testing.assert_allclose(back, within[0], **CLOSE)
 
 
+@pytest.mark.slow
 def test_proj_finds_it_by_name_without_a_network(published, finland, within):
     code, target = "EINSCHALT:YKJ", "EPSG:3067"
 
@@ -114,6 +116,7 @@ def test_proj_finds_it_by_name_without_a_network(published, finland, within):
     assert "KKJ / Finland Uniform Coordinate System" in frame
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("third", ["EPSG:4258", "EPSG:25835", "EPSG:3857"])
 def test_proj_goes_on_to_other_systems_than_the_target(third, published, within):
     def run():
@@ -281,6 +284,7 @@ def test_what_is_no_database_of_proj_is_refused(finland, tmp_path):
         es.publish(finland[-1], "YKJ", tmp_path / "o", proj_db=tmp_path / "proj.db")
 
 
+@pytest.mark.slow
 def test_a_target_that_lists_the_northing_first_gets_it_first(tmp_path):
     rng = np.random.default_rng(4)
     names = [f"P{k}" for k in range(20)]
@@ -311,6 +315,7 @@ def test_the_database_is_told_by_a_path_without_detours(finland, tmp_path):
     assert told.database.is_file()
 
 
+@pytest.mark.slow
 def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_path):
     few = good_result.models.iloc[[0, -1]]
     done = es.publish(with_models(good_result, few), "DEMO", tmp_path / "out")
@@ -363,6 +368,7 @@ def test_models_of_a_block_lead_to_its_own_system_alone(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_block_without_a_system_gets_none_that_its_points_cannot_have(
     good_result, block_in_a_folder, tmp_path
 ):
@@ -488,6 +494,7 @@ def test_points_in_a_line_have_no_triangles_and_are_published(crs, tmp_path):
         np.testing.assert_allclose(moved, (10_800.0, 325_100.0), **CLOSE)
 
 
+@pytest.mark.slow
 def test_systems_with_a_way_out_of_their_datum_are_systems(finland, tmp_path):
     crs = "+proj=utm +zone=35 +ellps=GRS80 +towgs84=0,0,0"
     old = "+proj=tmerc +lon_0=27 +x_0=3500000 +ellps=intl +towgs84=-96,-103,-116"

@@ -125,6 +125,7 @@ def seen(result, tmp_path_factory):
     return looked_at(render(result), folder, 1280)
 
 
+@pytest.mark.slow
 def test_nothing_fails_and_nothing_is_asked_for(seen, result):
     found, said = seen
     assert found["errors"] == []
@@ -237,6 +238,7 @@ def german(good_result, tmp_path_factory):
     return looked_at(html, folder, 1280, GERMAN)[0]
 
 
+@pytest.mark.slow
 def test_a_typed_figure_has_either_decimal_sign(german):
     assert german["typed"] == [6, 6, -0.5, -0.5]
     assert german["comma"] == german["point"] != german["none"]
@@ -269,6 +271,7 @@ def test_the_dark_form_is_dark(seen):
     assert dark < 64
 
 
+@pytest.mark.slow
 @needs_browser
 def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     found, said = looked_at(render(result), tmp_path, 390)
@@ -282,6 +285,7 @@ def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     assert found["named"][0] == found["named"][1]
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("chosen", ["en", "de"])
 def test_no_table_is_clipped_on_any_screen(oriented_result, tmp_path, chosen):
@@ -346,6 +350,7 @@ def test_axe_finds_nothing_serious(result, tmp_path, scheme):
     assert [one for one in found if one[1] in ("serious", "critical")] == []
 
 
+@pytest.mark.slow
 @needs_browser
 def test_it_is_printed_on_the_paper_that_is_wanted(result):
     printed = pdf_of(render(result, paper="letter"))

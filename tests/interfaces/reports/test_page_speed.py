@@ -20,6 +20,8 @@ from einschalt.interfaces.reports.html_report import render
 from einschalt.interfaces.reports.packed_data import PackedData
 from einschalt.interfaces.reports.page_points import pack_points
 
+pytestmark = pytest.mark.slow
+
 NEUKIRCHEN = Path(__file__).parents[3] / "data_examples" / "neukirchen"
 SHOW_ALL = """(() => {
   const { map } = einschaltReport;

@@ -114,6 +114,7 @@ def test_points_are_those_of_the_table(table):
     assert [text.get_text() for text in second.texts] == ["400 m", "200 m"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edge", ["kovarik", "lattice"])
 def test_one_scale_and_many_values_can_be_drawn(edge):
     model = planned_model("affine", edge, 0.23, 0.6, 0.3)
@@ -223,6 +224,7 @@ def test_map_of_an_area_is_in_its_system_and_ends_at_its_border():
     assert not is_white([1000.0, 3000.0])
 
 
+@pytest.mark.slow
 def test_files_are_the_same_each_time_and_whole(table, tmp_path):
     def drawn():
         return figure_files.figure_bytes(diagrams_figure(table))

@@ -149,6 +149,7 @@ def test_the_better_supported_way_is_taken(two_step, simultaneous, method, reaso
     assert better_of(two_step, simultaneous) == (method, reason)
 
 
+@pytest.mark.slow
 def test_a_sound_block_is_adjusted_at_once(demo_block):
     result = densify(demo_block, AUTO)
     expected = densify(demo_block, Settings(method="simultaneous"))
@@ -170,6 +171,7 @@ def test_what_only_one_adjustment_needs_stops_nothing(demo_block):
     assert "contradict each other" in result.choice.obstacle
 
 
+@pytest.mark.slow
 def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_block):
     iterated = densify(demo_block, AUTO.updated({"iterations": 2}))
     assert iterated.choice.reason is ChoiceReason.ONLY_WAY
@@ -200,6 +202,7 @@ def test_two_steps_are_named_where_they_are_known_to_be_better():
     assert beside(way(0.03), way(0.05), is_possible=False) is None
 
 
+@pytest.mark.slow
 def test_one_adjustment_is_made_beside_two_steps_where_it_may_gain(
     good_result, faulty_result, given_approximations_result
 ):
@@ -224,6 +227,7 @@ def thin_block():
     return one_flight(seed=1, n_given=6)
 
 
+@pytest.mark.slow
 def test_models_with_too_little_control_are_adjusted_together(thin_block):
     result = densify(thin_block)
     better = result.assessment.better
@@ -246,6 +250,7 @@ def test_models_with_too_little_control_are_adjusted_together(thin_block):
     assert "leaves many points without coordinates" in said
 
 
+@pytest.mark.slow
 def test_where_no_model_has_enough_control_one_adjustment_is_named():
     thin = one_flight(seed=2, n_given=6)
     with pytest.raises(GeometryError, match="Or adjust all models together"):

@@ -164,6 +164,7 @@ def test_a_block_without_control_errors_has_no_misfit(demo_block):
     assert high_flight_misfit(result.examination) is None
 
 
+@pytest.mark.slow
 def test_photographs_share_errors_in_the_misfit_of_a_clean_high_flight():
     """Taken for independent ones they made 3 of 25 clean blocks misfit."""
     geometry = replace(PRESETS["demo"].geometry, measurement="images")
@@ -247,6 +248,7 @@ def test_deformed_models_make_the_figure_a_lower_bound(
     assert credible.value == pytest.approx(result.figures.mean_total)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_strain_of_control_is_in_the_figure(method):
     """No residual shows what control makes of the points."""

@@ -16,6 +16,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
+pytestmark = pytest.mark.slow
+
 PLAN = ["easting", "northing"]
 METHODS = ("two_step", "simultaneous")
 MODEL = ("1", "1/5")

@@ -8,6 +8,8 @@ from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
+pytestmark = pytest.mark.slow
+
 FAR = [
     (8307, "1055", (60.0, -80.0)),
     (8311, "1005", (-80.0, 60.0)),

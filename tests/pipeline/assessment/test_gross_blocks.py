@@ -23,6 +23,7 @@ def with_names_of_each_other(block, share):
     return replace(block, low_flight=low)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_exchanged_names_have_one_figure_and_are_no_stretch(demo_block, method):
     block = with_names_of_each_other(demo_block, 0.01)

@@ -8,6 +8,8 @@ import pytest
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 MM = 1000.0
 KEEP = Settings(outliers="keep")
 

@@ -9,6 +9,8 @@ from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
+pytestmark = pytest.mark.slow
+
 PLAN = ["easting", "northing"]
 SNOOPED = {"method": "simultaneous", "outliers": "snoop"}
 

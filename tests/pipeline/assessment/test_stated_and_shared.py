@@ -47,6 +47,7 @@ def true_error(result, block):
     return float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stated", [0.05, 0.1])
 def test_a_size_that_residuals_exceed_is_enlarged_as_they_are(block, stated):
     """The larger it was stated, the smaller the figure was: 10, 5.5 cm or worse."""
@@ -91,6 +92,7 @@ def test_independent_errors_keep_their_figure(block):
     assert first.endswith("errors of approximate points taken for independent)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [3.0, 0.5])
 def test_points_worse_than_stated_enlarge_what_was_predicted(block, own):
     """The budget has seen the residuals: enlarged by them once more it was 39 m."""

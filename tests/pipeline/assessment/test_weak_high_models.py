@@ -95,6 +95,7 @@ def test_what_is_weak_is_no_gross_error(seed):
     assert "imprecise_points" in told(result)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("iterations", [2, 3])
 def test_nor_is_it_in_further_passes(iterations):
     for seed in (1, 2, 5):
@@ -138,6 +139,7 @@ def test_a_gross_error_beside_weak_models_is_named():
     assert suspects["point_id"].tolist() == [low.loc[wrong, "point_id"]]
 
 
+@pytest.mark.slow
 def test_a_gross_error_that_only_its_flight_contradicts_is_told():
     control, high, low = weak_block(2)
     seen = low.groupby("point_id")["x"].transform("size")

@@ -80,6 +80,7 @@ def assert_told(result):
     assert checked > 0.99 * judged.credible.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("spoil", [shifted_names, None])
 def test_wrong_names_enlarge_the_headline(demo_block, method, spoil, request):

@@ -19,6 +19,8 @@ from einschalt.pipeline.batch.local_engine import (
     run_in_order,
 )
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
 
 OWN_PID = "__import__('os').getpid()"

@@ -110,6 +110,7 @@ def test_a_task_whose_process_was_killed_is_tried_again(tmp_path):
     assert run_in_order(LocalEngine(2), eval, [task, "1"]) == ["value", 1]
 
 
+@pytest.mark.slow
 @POSIX
 @pytest.mark.parametrize("hanging", ["__import__('time').sleep(60)", "10**10**10"])
 def test_a_task_that_hangs_is_ended_and_its_process_replaced(hanging):
@@ -129,6 +130,7 @@ def test_a_time_limit_is_a_number_of_seconds(limit):
         LocalEngine(1, time_limit_s=limit)
 
 
+@pytest.mark.slow
 @POSIX
 def test_memory_is_limited():
     engine = LocalEngine(1, memory_gb=1.0)

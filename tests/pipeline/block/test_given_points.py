@@ -80,6 +80,7 @@ def heights_of(*values):
     return pd.DataFrame({"point_id": names, "height": values})
 
 
+@pytest.mark.slow
 def test_clean_blocks_have_no_note(demo_block):
     """Of 200 blocks fewer than one has it by chance."""
     noted = [notes_of(block_with(demo_block, seed)) for seed in range(200)]

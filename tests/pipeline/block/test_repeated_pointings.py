@@ -22,6 +22,7 @@ def result():
     return es.densify(set_again())
 
 
+@pytest.mark.slow
 def test_settings_are_averaged_as_if_their_means_had_been_given(result):
     measured = set_again().low_flight.model_points
     raw = rows_of_settings()

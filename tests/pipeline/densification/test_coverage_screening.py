@@ -37,6 +37,7 @@ def clean(request):
     ]
 
 
+@pytest.mark.slow
 def test_probabilities_of_clean_points_are_those_that_are_said(clean):
     p_value = np.concatenate(
         [run.coverages.drop_duplicates("point_id")["p_value"] for run in clean]

@@ -177,6 +177,7 @@ def test_sizes_of_errors_are_those_of_the_good_measurements(snooped):
     assert abs(found.low_flight.estimated - 5.0) < 4 * found.low_flight.standard_error
 
 
+@pytest.mark.slow
 def test_all_are_written(tmp_path):
     noise = BlockNoise(low_gross_error_share=0.03, low_gross_error_um=200.0)
     block = simulate_block("demo", seed=2, noise=noise)

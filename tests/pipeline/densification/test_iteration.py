@@ -58,6 +58,7 @@ def test_passes_are_those_of_the_stages(demo_block, kind):
     assert last["move_rms"] == pytest.approx(np.sqrt(np.mean(shift**2)), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_it_ends_where_nothing_moves_by_a_millimetre(demo_block):
     result = densify(demo_block, Settings(iterations=100))
     moves = result.iterations["largest_move"]
@@ -78,6 +79,7 @@ def test_one_pass_is_what_it_was(demo_block, good_result):
     assert "Iterations" not in result.summary()
 
 
+@pytest.mark.slow
 def test_held_control_makes_points_better_and_the_claim_knows_it():
     """True errors of eight blocks; all models: theory says 4.8 -> 3.9 on Neukirchen."""
     squares, normalised = {1: [], 5: []}, {1: [], 5: []}
@@ -97,6 +99,7 @@ def test_held_control_makes_points_better_and_the_claim_knows_it():
     assert np.mean(normalised[5]) == pytest.approx(1.0, abs=3.0 * scatter)
 
 
+@pytest.mark.slow
 def test_claim_after_the_last_pass_stands():
     blocks = [simulate_block("demo", seed=seed) for seed in range(5)]
     stand = [
@@ -135,6 +138,7 @@ def test_the_summary_tells_of_control_that_is_held(demo_block, good_result):
     assert drift(result.examination) is None
 
 
+@pytest.mark.slow
 def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
     """Control only where the low flight does not see it."""
     control = demo_block.control_points
@@ -155,6 +159,7 @@ def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
     assert result.figures.mean_total > 1.02 * best
 
 
+@pytest.mark.slow
 def test_iterations_that_make_points_worse_are_told(demo_block):
     control = demo_block.control_points
     names = control.loc[control["role"] != "check", "point_id"].iloc[1:]

@@ -35,6 +35,7 @@ def result_of(block, outliers):
     return densify(block, Settings(method="simultaneous", outliers=outliers))
 
 
+@pytest.mark.slow
 def test_snooping_lists_what_it_took_out(spoilt):
     block, control, row = spoilt
     result = result_of(block, "snoop")
@@ -55,6 +56,7 @@ def test_what_is_kept_is_neither_listed_nor_marked(spoilt):
     assert "is_set_aside" not in result.points
 
 
+@pytest.mark.slow
 def test_less_weight_is_not_taken_out(spoilt):
     block, control, _ = spoilt
     result = result_of(block, "huber")
@@ -81,6 +83,7 @@ def names_mixed_up():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
 def test_a_model_that_was_given_up_counts_for_nothing(names_mixed_up, outliers):
     """What is told is what would be told without its measurements."""

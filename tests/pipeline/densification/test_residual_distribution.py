@@ -62,6 +62,7 @@ def test_a_block_without_control_is_refused(block):
         densify(without, Settings(residual_distribution="multiquadric"))
 
 
+@pytest.mark.slow
 def test_propagated_error_is_the_true_one_after_the_distribution():
     settings = Settings(residual_distribution="natural_neighbour")
     squares = []

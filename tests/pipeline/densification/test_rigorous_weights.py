@@ -51,6 +51,7 @@ def with_a_weak_model(block):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [lambda block: block, with_a_weak_model])
 def test_it_claims_less_and_is_better(spoil):
     blocks = [spoil(simulate_block("demo", seed=seed)) for seed in SEEDS]

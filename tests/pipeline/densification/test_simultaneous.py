@@ -288,6 +288,7 @@ def test_wrong_control_is_named_and_keeps_its_measurements(block, outliers):
     assert "1 of" in found.summary()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("outliers", "said"),
     [
@@ -609,6 +610,7 @@ def test_two_models_with_one_common_point_and_control_of_their_own(block):
     )
 
 
+@pytest.mark.slow
 def test_a_block_that_control_does_not_hold_is_said_to_shrink():
     """Three points in one corner: the other corner is 22 m away, and 8.8 m claimed."""
     block = es.simulate_block("neukirchen", seed=0)
@@ -640,6 +642,7 @@ def test_a_block_that_control_does_not_hold_is_said_to_shrink():
     assert np.abs(moved).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["huber", "tukey"])
 def test_robust_weights_raise_no_alarm_in_clean_blocks(outliers):
     """Their sum of squares is smaller than that of the errors; s_0 and tests know."""
@@ -655,6 +658,7 @@ def test_robust_weights_raise_no_alarm_in_clean_blocks(outliers):
     assert n_suspects <= 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["snoop", "tukey"])
 def test_good_measurements_beside_wrong_control_are_not_blamed(outliers):
     """Three control points are wrong by 1 m, and forty measurements by 50 µm."""

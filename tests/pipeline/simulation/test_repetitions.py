@@ -29,6 +29,7 @@ def table():
     return repeat_simulation(Experiment("demo"), 3, HereEngine(), first_seed=5)
 
 
+@pytest.mark.slow
 def test_same_table_in_other_processes(table):
     elsewhere = repeat_simulation(Experiment("demo"), 3, LocalEngine(2), first_seed=5)
     assert elsewhere.equals(table)

@@ -48,6 +48,7 @@ def test_they_have_the_errors_of_control(is_stated):
     )
 
 
+@pytest.mark.slow
 def test_a_clean_block_is_told_as_good_as_it_is():
     ratios = []
     for seed in range(1, 6):

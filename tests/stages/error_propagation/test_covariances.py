@@ -183,6 +183,7 @@ def test_what_was_interrupted_is_computed_anew(chains, monkeypatch, kind):
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_threads_share_what_is_known(chains):
     every = np.column_stack([np.arange(N_VALUES)] * 2)
     questions = [_some_pairs(), np.array([[10, 59]]), _some_pairs()[:9], every]

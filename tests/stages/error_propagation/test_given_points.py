@@ -189,6 +189,7 @@ def test_groups_of_single_points_in_each_model_are_not_told(demo_block):
     assert each.errors is None
 
 
+@pytest.mark.slow
 def test_groups_that_nothing_tells_make_no_claim_smaller(demo_block):
     control = demo_block.control_points
     east = control["easting"] > control["easting"].median()

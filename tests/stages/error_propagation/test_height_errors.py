@@ -48,6 +48,7 @@ def ratios(result):
     return [sizes[name][0, 2] / sizes[name][0, 0] for name in FLIGHTS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_repeated", [True, False], ids=["models", "residuals"])
 def test_the_ratio_is_that_of_the_noise(is_repeated):
     """Of the noise itself: a block with it less the same block without."""

@@ -19,6 +19,8 @@ from einschalt.pipeline.summary.sections.precision import remarks
 from einschalt.stages.error_propagation.given_points import approximations_are_control
 from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 
+pytestmark = pytest.mark.slow
+
 GROUND = ["easting", "northing", "height"]
 FLIGHTS = ("high_flight", "low_flight")
 GEOMETRY = BlockGeometry(

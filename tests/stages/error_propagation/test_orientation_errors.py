@@ -15,6 +15,8 @@ from einschalt.pipeline.simulation.simulate_block import (
 )
 from einschalt.pipeline.summary.sections.precision import remarks
 
+pytestmark = pytest.mark.slow
+
 PLAN = ["easting", "northing"]
 FLIGHTS = ("high_flight", "low_flight")
 SIMULTANEOUS = Settings(method="simultaneous")

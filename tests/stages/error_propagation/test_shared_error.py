@@ -84,6 +84,7 @@ def test_a_shift_of_the_control_is_carried_to_every_point(results, demo_block):
         )
 
 
+@pytest.mark.slow
 def test_heights_share_nothing():
     geometry = replace(PRESETS["demo"].geometry, measurement="images")
     block = simulate_block("demo", seed=2, geometry=geometry)

@@ -74,6 +74,7 @@ def results():
     return [densify(block_on_a_line(seed)) for seed in SEEDS]
 
 
+@pytest.mark.slow
 def test_a_model_that_tilts_does_not_hide_the_errors_of_heights(results):
     """It was larger than all heights together: z seemed to be as good as x and y."""
     sizes = [result.errors.standard_errors["low_flight"][0] for result in results]

@@ -38,6 +38,7 @@ def test_alike_points_have_the_errors_that_were_stated(seed):
     assert shown(a_flight(seed)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.07, 0.15])
 def test_a_share_of_worse_points_shows_in_the_root_mean_square(share):
     flights = [with_worse_points(a_flight(seed), share, seed) for seed in range(6)]

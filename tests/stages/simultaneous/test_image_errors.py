@@ -65,6 +65,7 @@ def eight():
     return [(own, es.densify(own, settings).solution) for own in blocks]
 
 
+@pytest.mark.slow
 def test_claimed_and_true_errors(eight):
     """Of eight blocks; points of a block share errors."""
     figures = []

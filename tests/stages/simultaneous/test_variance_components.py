@@ -108,6 +108,7 @@ def test_sizes_are_those_of_the_last_adjustment(block, monkeypatch):
     np.testing.assert_allclose(first["factor"][:2], full["factor"][:2], rtol=0.1)
 
 
+@pytest.mark.slow
 def test_without_redundancy_nothing_is_known_of_a_factor():
     """Rounding may leave less than nothing; warnings are errors in these tests."""
     for seed in range(6):

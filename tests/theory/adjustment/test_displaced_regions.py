@@ -94,6 +94,7 @@ def test_errors_of_the_stated_size_are_no_region():
     assert not [seed for seed in range(40) if found_in(errors(seed)) is not None]
 
 
+@pytest.mark.slow
 def test_larger_errors_are_no_region():
     larger = [found_in(errors(seed, 1.5 * SIGMA)) for seed in range(40)]
     assert larger.count(None) == len(larger)
@@ -115,6 +116,7 @@ def test_a_region_among_errors_that_are_larger_than_stated(seed):
     assert found.standard_error == pytest.approx(known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [600.0, 2000.0])
 def test_a_smooth_pattern_is_no_region(length):
     root = np.linalg.cholesky(np.exp(-cdist(GRID, GRID) / length) + 1e-9 * np.eye(N))
@@ -210,6 +212,7 @@ def test_regions_that_are_all_points_are_none(seed):
 LARGE = np.stack(np.meshgrid(*[np.arange(32) * 300.0] * 2), axis=-1).reshape(-1, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "is_in",
     [

@@ -35,6 +35,7 @@ def test_good_ones_keep_their_standard_error_beside_worse(share, factor):
     assert 1.4826 * np.median(np.abs(errors)) > 3.5 * (1.0 + share / 2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [60, 400])
 def test_normal_errors_have_no_tails(n):
     found = [find_heavy_tails(mixed(n, 0.0, 1.0, seed)) for seed in range(400)]

@@ -164,6 +164,7 @@ def test_a_pair_beside_names_that_slipped_is_a_second_mistake(make_block):
     assert found.left[0] < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_wrong", [1, 2, 4])
 @pytest.mark.parametrize("size", [500.0, 20_000.0])
 def test_wrong_points_are_no_mixed_names(make_block, n_wrong, size):
@@ -187,6 +188,7 @@ def test_wrong_points_are_no_mixed_names(make_block, n_wrong, size):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "every"), [("affine", 4), ("affine", 8), ("helmert", 8)]
 )

@@ -80,6 +80,7 @@ def test_terms_that_are_known_are_not_tested_again(make_block, dense):
     assert np.isnan(nothing_left.p_value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["affine", "helmert"])
 def test_blocks_without_deformation_have_uniform_p_values(make_block, kind):
     p = [

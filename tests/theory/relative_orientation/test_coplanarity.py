@@ -138,6 +138,7 @@ def test_five_points_are_fitted_and_said_to_be_ambiguous(seed):
     assert is_right or found.is_ambiguous[0]
 
 
+@pytest.mark.slow
 def test_six_points_are_right_or_say_that_they_are_not(make_pairs):
     geometry = make_pairs.geometry(n_points=(6, 6), tilt_deg=5.0)
     pairs = make_pairs(500, 6, geometry)

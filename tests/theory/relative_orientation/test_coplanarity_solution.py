@@ -50,6 +50,7 @@ def turned(pose, rotation):
     return Rotation.from_matrix(np.reshape(pose[1], (3, 3)) @ rotation).magnitude()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_rough_descents_find_back_from_far_away(seed):
     image, base, rotation = simulate(seed)
@@ -122,6 +123,7 @@ def test_misfit_does_not_tell_sizes_below_a_hundred_thousandth_apart():
     assert misfit(1e-5, 5) > 100.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("relief", [0.0, 0.1])
 def test_the_second_solution_of_a_plane_is_told(relief):
     # all points on one side of the middle, so that both solutions see them in front

@@ -34,6 +34,7 @@ def _base(pairs):
     return pairs.orient().base
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n_points", "share"), [(30, 0.05), (30, 0.1), (50, 0.2), (100, 0.2)]
 )
@@ -53,6 +54,7 @@ def test_blunders_are_taken_out(make_pairs, n_points, share, size):
     assert np.median(turned) < 1e-12
 
 
+@pytest.mark.slow
 def test_good_pairs_keep_their_points(make_pairs):
     level = 0.01
     for n_points in (8, 12, 20):

@@ -55,6 +55,7 @@ def of_size(found, expected):
     return np.abs(found - expected).max(axis=axes) / np.abs(expected).max(axis=axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(1e-4, 1.0))

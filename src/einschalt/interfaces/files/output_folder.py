@@ -196,7 +196,7 @@ def refuse_input(path, output):
     elif not is_block and (toml := block_reading(path)) is not None:
         found = f"is an input of the block {toml.parent}, and would be replaced"
     if found is not None:
-        said = [found, "--overwrite does not replace inputs"]
+        said = [found, "inputs are never overwritten"]
         raise OutputError(
             "; ".join(said if output.overwrite else said[:1]),
             expected="a folder of its own for the results",

@@ -14,6 +14,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import BlockNoise, simulate_block
 from einschalt.pipeline.summary.summary import summarize
 
+pytestmark = pytest.mark.slow
+
 COVERAGES = "coverage differences"
 HIGH = "coverage differences, high flight"
 RESIDUALS = "residuals of the low flight"

@@ -72,6 +72,7 @@ def test_a_pair_in_the_high_flight_is_named():
     assert set(found[0].points) == set(pair)
 
 
+@pytest.mark.slow
 def test_control_exchanged_with_a_new_point_is_named(demo_block):
     # the new point is not known on the ground of the high flight
     points = demo_block.high_flight.model_points
@@ -98,6 +99,7 @@ def test_good_blocks_and_other_gross_errors_have_none(demo_block, good_result):
     assert find_exchanged_names(result.solution) == ()
 
 
+@pytest.mark.slow
 def test_trials_part_by_part_find_the_same(demo_block, monkeypatch):
     model, pair = some_model(demo_block, "low_flight", np.random.default_rng(7))
     solution = densify(with_exchange(demo_block, "low_flight", model, pair)).solution
@@ -138,6 +140,7 @@ def true_error(result):
     return float(np.sqrt(np.mean(np.sum((new - true) ** 2, axis=1))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("flight", "kind", "method"),
     [
@@ -249,6 +252,7 @@ def crossed(block, flight, pair):
     return block, len(models)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["keep", "snoop"])
 @pytest.mark.parametrize(
     ("seed", "pair"), [(1, ("1032", "1046")), (2, ("1042", "1053"))]
@@ -273,6 +277,7 @@ def test_new_points_exchanged_in_the_high_flight_are_put_right_there(
     assert "from where the other flight has them" in result.summary()
 
 
+@pytest.mark.slow
 def test_given_coordinates_tell_that_the_low_flight_is_wrong():
     pair = ("1043", "1053")
     block = simulate_block("demo", seed=2)
@@ -288,6 +293,7 @@ def test_given_coordinates_tell_that_the_low_flight_is_wrong():
     assert result.assessment.credible.value == pytest.approx(true, rel=0.01)
 
 
+@pytest.mark.slow
 def test_both_flights_are_compared_where_nothing_tells_which_is_wrong():
     """One model of the low flight holds both, and several one of them: all agree."""
     pair = ("1036", "1045")

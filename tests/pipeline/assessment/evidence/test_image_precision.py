@@ -43,6 +43,7 @@ def test_image_points_have_the_m_g_that_was_simulated(images):
     assert image_points_worse_than_given(result.examination) is None
 
 
+@pytest.mark.slow
 def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
     result = computed(images, low_m_g_um=3.3)
     found = image_points_worse_than_given(result.examination)
@@ -83,6 +84,7 @@ def with_worse_points(images):
     return densify(block, Settings(outliers="tukey"))
 
 
+@pytest.mark.slow
 def test_the_good_ones_of_the_image_points_keep_their_sigma_0(with_worse_points):
     examined = with_worse_points.examination
     tails = examined.image_tails
@@ -98,6 +100,7 @@ def test_the_good_ones_of_the_image_points_keep_their_sigma_0(with_worse_points)
     assert "of the image points of the low flight lie beyond 3 sigma_0 of the" in said
 
 
+@pytest.mark.slow
 def test_image_points_that_are_alike_have_no_tails(images):
     for outliers in ("keep", "tukey"):
         assert (

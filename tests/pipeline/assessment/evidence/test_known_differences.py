@@ -42,6 +42,7 @@ def results():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", ["known_check", "known_control"])
 def test_sizes_of_differences_vary_as_their_degrees_of_freedom_say(results, role):
     known = [getattr(result.examination, role) for result in results]
@@ -67,6 +68,7 @@ def test_mean_differences_are_as_large_as_what_is_shared_makes_them(results, rol
     assert np.mean(np.array(p_values) < 0.05) <= 0.1
 
 
+@pytest.mark.slow
 def test_clean_blocks_are_told_to_be_clean(results):
     wrong = [
         judge.__name__

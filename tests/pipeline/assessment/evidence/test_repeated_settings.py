@@ -55,6 +55,7 @@ def z_of(row):
     return (row["m_g_settings_um"] - M_G_UM) / row["standard_error_um"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_settings_give_back_the_m_g_that_made_them(rows, case):
     for row in rows[case]:

@@ -49,6 +49,7 @@ def computed(
     return densify(replace(block, high_flight=high, low_flight=low))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kinds", "affinity"), [(("affine", "affine"), 2e-4), (("helmert", "helmert"), 0.0)]
 )
@@ -100,6 +101,7 @@ def test_film_does_not_pass_for_strain():
     assert network_strain(result) is None
 
 
+@pytest.mark.slow
 def test_strain_of_neukirchen_is_called_out():
     block = simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=0.1))
     result = densify(block)
@@ -138,6 +140,7 @@ def test_control_that_no_model_holds_is_no_strain(demo_block):
     assert "Sum" not in set(strain.displacements["point_id"])
 
 
+@pytest.mark.slow
 def test_displacements_point_where_the_strain_does():
     strained, clean = (
         simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=size))
@@ -164,6 +167,7 @@ def test_a_wrong_m_g_does_not_pass_for_a_pattern():
     assert network_strain(result) is None
 
 
+@pytest.mark.slow
 def test_control_that_is_worse_than_was_said():
     block = simulate_block("neukirchen", noise=BlockNoise(control_standard_error=0.08))
     control = block.control_points.assign(standard_error_m=0.03)
@@ -239,6 +243,7 @@ def _with_a_wrong_point(simulated, metres=0.5):
     return replace(simulated, control_points=control), control["point_id"].iloc[row]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_one_wrong_point_does_not_pass_for_strain(method):
     """Its neighbours were said to be displaced with it, three times the true error."""
@@ -266,6 +271,7 @@ def _with_curved_models(flight, size):
     return replace(flight, model_points=points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_models_that_are_curved_alike_do_not_pass_for_strain(method):
     """A strain of metres was told, where the points have 5 cm: control looked curved.
@@ -293,6 +299,7 @@ def test_models_that_are_curved_alike_do_not_pass_for_strain(method):
     assert 0.02 < high.size < 0.12
 
 
+@pytest.mark.slow
 def test_strain_is_found_beside_a_wrong_point():
     strained = simulate_block(
         "neukirchen", seed=1, noise=BlockNoise(network_strain=0.1)

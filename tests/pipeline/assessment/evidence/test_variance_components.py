@@ -40,6 +40,7 @@ def components():
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", TRUE)
 def test_true_sizes_lie_within_their_standard_errors(components, source):
     found = [getattr(c, source) for c in components]
@@ -124,6 +125,7 @@ def test_far_too_large_errors_are_gross_ones():
     assert wrong_measuring_errors(SimpleNamespace(components=components)) is None
 
 
+@pytest.mark.slow
 def test_settings_of_each_point_count():
     """Half of the points set four times: their errors are half as large."""
     block = simulate_block("demo", seed=5)
@@ -147,6 +149,7 @@ def test_settings_of_each_point_count():
     assert four.figures.mean_total == pytest.approx(halved.figures.mean_total)
 
 
+@pytest.mark.slow
 def test_patches_of_a_large_block_tell_the_same_less_well(monkeypatch):
     """Of a country nobody needs every point to know its m_g."""
     geometry = BlockGeometry(width=21_500.0, height=21_500.0)

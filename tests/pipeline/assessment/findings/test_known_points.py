@@ -57,6 +57,7 @@ def test_a_lone_wrong_check_point_is_named(good_result):
     assert beyond.facts["median"] < others < beyond.facts["largest"]
 
 
+@pytest.mark.slow
 def test_two_wrong_check_points_are_both_named_and_not_relied_on(good_result):
     moved, names = with_moved_check_points(good_result, 1, 4)
     found = judges.check_points_beyond_claim(moved.examination)

@@ -109,6 +109,7 @@ def test_pairs_that_fit_twice_are_named(from_images):
     assert "is_ambiguous" in result.orientations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistake", ["sign", "case"])
 def test_parallaxes_of_the_wrong_sign_are_said(from_parallaxes, mistake):
     parallaxes = from_parallaxes.low_flight.y_parallaxes

@@ -31,6 +31,7 @@ def test_of_two_nothing_tells_which(demo_block):
     assert f"nothing tells which of them is wrong: {name}." in summary
 
 
+@pytest.mark.slow
 def test_of_two_that_are_kept_nothing_tells_which(demo_block):
     """Both were told to be gross errors."""
     name, found, summary = gross_of(demo_block, 2, "keep", "kept_gross_measurements")

@@ -91,6 +91,7 @@ def test_flights_that_are_known_are_those_that_would_be_laid(area):
     assert len(known) == 2 + 1 + 1 + 2 + 2
 
 
+@pytest.mark.slow
 def test_no_plan_that_is_asked_for_by_itself_is_cheaper(area):
     frame = recommended.frame_over(area, PlanFrame())
     best = recommended.plan_area(area, find_plans(TARGET, CHOICES, frame), frame)
@@ -121,6 +122,7 @@ EVERY = {
 }
 
 
+@pytest.mark.slow
 def test_nor_is_one_of_them_that_few_promise():
     """The estimate for each km² may be wrong by a fifth where borders count most."""
     area = FlightArea(shapely.box(0.0, 0.0, 5000.0, 4000.0))
@@ -304,6 +306,7 @@ def test_plans_between_are_tried_with_every_number_of_coverages():
     assert finer.flown.cost < 0.9 * coarse.flown.cost
 
 
+@pytest.mark.slow
 def test_a_looser_target_costs_no_more():
     """Near misses of another pattern of control were not looked about: 8487 at 8 cm."""
     squares = [shapely.box(x, y, x + 4e3, y + 4e3) for x, y in ((0, 0), (9e3, 1e3))]

@@ -71,6 +71,7 @@ def test_lines_that_come_near_to_the_ground_are_said():
     assert not any("come as near" in note for note in planned(step(500.0)).notes)
 
 
+@pytest.mark.slow
 def test_lines_through_the_ground_are_refused():
     with pytest.raises(
         GeometryError, match="lead through ground beside it, 264 m below"

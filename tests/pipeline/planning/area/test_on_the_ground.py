@@ -141,6 +141,7 @@ def test_ground_that_no_model_shows_is_refused(monkeypatch):
         plan_over(FIELD, to_north)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terrain", [to_north, ridge])
 def test_the_precision_is_that_of_the_ground(terrain):
     """Expected and true errors of the flight over it agree."""

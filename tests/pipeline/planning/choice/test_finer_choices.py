@@ -86,6 +86,7 @@ def test_plans_between_are_new_ones_of_one_kind(search):
     assert (np.diff(kept) >= 0.0).all()
 
 
+@pytest.mark.slow
 def test_over_an_area_a_cheaper_plan_is_found_between(search):
     frame = recommended.frame_over(AREA, PlanFrame())
     plain = recommended.plan_area(AREA, search, frame)
@@ -108,6 +109,7 @@ def test_over_an_area_a_cheaper_plan_is_found_between(search):
     assert abs(np.log(two[0] / two[1])).max() > 0.1
 
 
+@pytest.mark.slow
 def test_plans_lie_between_about_the_next_best_too(search, monkeypatch):
     """Which has gained more where the best was dear in what the other spares."""
     about = []

@@ -56,6 +56,7 @@ def layout_of(plan):
     return tuple(plan[list(LAYOUT)])
 
 
+@pytest.mark.slow
 def test_refused_plans_do_not_use_up_those_that_are_tried(found):
     cheapest = found.feasible[list(LAYOUT)].drop_duplicates().head(12)
     bad, judged = set(map(tuple, cheapest.to_numpy())), []
@@ -80,6 +81,7 @@ def test_refused_plans_do_not_use_up_those_that_are_tried(found):
     assert len(checked.dropped) == len(checked.missed) + len(bad)
 
 
+@pytest.mark.slow
 def test_many_that_miss_are_counted(found):
     checked = check_plans(found, FRAME, judge=_too_bad, most=12, patience=12)
     said = " ".join(checked.verdict().split())
@@ -247,6 +249,7 @@ def hill():
     return area, GroundHeights(plane, height, "hill.xyz").over(area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_part", [False, True])
 def test_a_plan_is_found_over_a_hill(is_part, hill, monkeypatch):
     """Whether precisions are propagated on the whole area or on a part of it."""

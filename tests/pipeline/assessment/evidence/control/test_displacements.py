@@ -31,6 +31,7 @@ def true_error(result):
     return float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_wrong_control_counts_by_what_it_does_to_the_points(demo_block, method):
     control = demo_block.control_points.copy()

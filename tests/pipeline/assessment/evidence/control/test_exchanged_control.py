@@ -13,6 +13,8 @@ from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 from einschalt.pipeline.summary.verdict import verdict
 
+pytestmark = pytest.mark.slow
+
 PLAN = ["easting", "northing"]
 CODE = "exchanged_control"
 WAYS = [

@@ -10,6 +10,8 @@ from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 METHODS = ("two_step", "simultaneous")
 
 

@@ -16,6 +16,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 PLANE, GROUND = ["easting", "northing"], ["easting", "northing", "height"]
 SIMULTANEOUS = Settings(method="simultaneous")
 GIVEN = 0.03  # standard error of control, TOTAL [m]

@@ -10,6 +10,8 @@ from tests.judged_alone import judged_alone
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 MM = 1000.0
 
 

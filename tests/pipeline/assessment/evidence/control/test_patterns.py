@@ -53,6 +53,7 @@ def codes(result):
     return judged_alone(result)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_network_broken_in_two(demo_block, method):
     block = with_control(
@@ -90,6 +91,7 @@ def test_a_quadratic_strain(demo_block):
     assert result.examination.credible.value > 0.5 * true
 
 
+@pytest.mark.slow
 def test_a_network_broken_in_two_beside_a_point_that_is_set_aside(demo_block):
     """A blunder that was taken out does not take the other one with it."""
     wrong = demo_block.control_points.query("role == 'control'")["point_id"].iloc[3]
@@ -111,6 +113,7 @@ def test_a_network_broken_in_two_beside_a_point_that_is_set_aside(demo_block):
     assert 0.5 * true < result.examination.credible.value < 2.0 * true
 
 
+@pytest.mark.slow
 def test_two_points_with_each_others_name_are_as_wrong_together(demo_block):
     """What both of them do to the new points, though one alone is the clearest."""
     used = demo_block.control_points.query("role == 'control'")["point_id"]
@@ -124,6 +127,7 @@ def test_two_points_with_each_others_name_are_as_wrong_together(demo_block):
     assert found.moved_plan == pytest.approx(true, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_point_that_is_set_aside_alone_leaves_no_pattern(demo_block):
     wrong = demo_block.control_points.query("role == 'control'")["point_id"].iloc[3]
     block = with_control(
@@ -200,6 +204,7 @@ def test_few_control_points_tell_no_pattern(good_result):
     assert (found.plan, found.height) == (None, None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("seed", "shift"), [(1, 0.6), (2, 0.6), (3, 1.2)])
 def test_a_corner_of_few_points_counts_by_itself(seed, shift, method):

@@ -77,6 +77,7 @@ def test_heights_off_in_one_direction(heights, are_alike):
     )
 
 
+@pytest.mark.slow
 def test_independent_heights_are_seldom_alike():
     rng = np.random.default_rng(15)
     n_draws, found = 1000, 0

@@ -12,6 +12,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.slow
+
 SPACE = BlockGeometry(
     width=3000.0, height=3000.0, n_check=0, transformation="helmert_3d"
 )

@@ -49,6 +49,7 @@ def of_one_metre(block):
     return densify(noisy(block, 1.0))
 
 
+@pytest.mark.slow
 def test_heights_of_one_metre_are_no_step_in_plan(of_one_metre):
     patterns = of_one_metre.examination.control_patterns
     assert patterns.plan is None
@@ -85,6 +86,7 @@ def test_one_height_that_is_far_off_does_not_stand_for_all(block):
     assert np.max(sizes) < 20.0 * np.max(given)
 
 
+@pytest.mark.slow
 def test_a_step_in_plan_stands_out_of_what_heights_do(block):
     control = block.control_points
     east = control["easting"] > control["easting"].median()

@@ -8,6 +8,8 @@ from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 WRONG = np.array([1.05, -1.25, -1.15])
 
 

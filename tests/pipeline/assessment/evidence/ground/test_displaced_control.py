@@ -15,6 +15,8 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.theory.adjustment.displaced_regions import DisplacedRegion
 
+pytestmark = pytest.mark.slow
+
 PLAN = ["easting", "northing"]
 SHIFT = np.array([1.2, 0.9])
 

@@ -75,6 +75,7 @@ def displaced():
     return given(31, corner)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_the_region_is_named_and_its_effect_is_in_the_figure(displaced, method):
     block, truth, names = displaced
@@ -95,6 +96,7 @@ def test_the_region_is_named_and_its_effect_is_in_the_figure(displaced, method):
     assert result.assessment.claim_is_supported is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_other_points_are_not_punished(displaced, method):
     block, truth, names = displaced
@@ -115,6 +117,7 @@ def test_other_points_are_not_punished(displaced, method):
     assert "what these do to each point." in said
 
 
+@pytest.mark.slow
 def test_what_follows_is_told_under_it(displaced):
     result = densified(displaced[0])
     codes = {found.code: found for found in result.assessment.findings}
@@ -127,6 +130,7 @@ def test_what_follows_is_told_under_it(displaced):
     )
 
 
+@pytest.mark.slow
 def test_control_that_is_right_is_told_apart():
     """One adjustment of all models follows control: it is as good as without."""
     block, truth, _ = given(32, corner, moves_control=False)
@@ -224,6 +228,7 @@ def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_r
     assert len(set(region.point_ids) & names) > 0.85 * len(names)
 
 
+@pytest.mark.slow
 def test_a_region_off_by_no_more_than_is_stated_contradicts_the_claim():
     """Neighbours may share what is stated of each: the figure then includes that."""
     block, truth, _ = given(30, corner, shift=0.57 * SHIFT)
@@ -237,6 +242,7 @@ def test_a_region_off_by_no_more_than_is_stated_contradicts_the_claim():
     assert "given points of a region are displaced together against the others" in said
 
 
+@pytest.mark.slow
 def test_an_error_that_is_stated_too_small_hides_no_region(displaced):
     block, truth, names = displaced
     result = densified(replace(block, approximate_m_0_m=OWN / 3.0))
@@ -281,6 +287,7 @@ def two_regions(seed):
     return replace(first, **moved), truth, (names, far)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_two_regions_are_named_in_one_finding(method):
     block, truth, regions = two_regions(34)

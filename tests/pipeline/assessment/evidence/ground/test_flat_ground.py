@@ -47,6 +47,7 @@ def test_it_is_said_where_it_matters_and_nobody_knows(without_system, spatial_re
     assert "curvature_untold" not in codes(spatial_result)
 
 
+@pytest.mark.slow
 def test_ground_that_is_said_to_be_plane_is_believed(spatial_block):
     plane = replace(spatial_block, crs=None)
     result = densify(plane, Settings(earth_curvature="ignored"))

@@ -50,6 +50,7 @@ def codes(result):
     return judged_alone(result)
 
 
+@pytest.mark.slow
 def test_residuals_vary_as_their_covariance_says(clean):
     """Squares of the independent numbers have mean 1, by their own number."""
     squares = [float(np.sum(clean.examination.given_heights.observed() ** 2))]
@@ -73,6 +74,7 @@ def test_clean_heights_keep_their_claim(clean):
     assert not clean.examination.credible_heights.is_lower_bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_wrong_principal_distance_is_named_and_counts(block, method):
     result = densify(with_distance(block, 1.3), Settings(method=method))
@@ -116,6 +118,7 @@ def test_heights_that_are_all_worse_than_stated_are_no_pattern(block):
     assert result.examination.credible_heights.is_lower_bound
 
 
+@pytest.mark.slow
 def test_given_points_that_are_no_control_are_told_by_their_name(block):
     def change(table):
         return table["height"] + 10.0 * (table.index == 5)
@@ -142,6 +145,7 @@ def test_approximations_that_share_errors_have_no_steps(block):
     assert result.examination.credible_heights.is_lower_bound
 
 
+@pytest.mark.slow
 def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):
     """Only points within a few metres in height are given, on ground of 30 m relief."""
     middle = block.truth["height"].median()
@@ -177,6 +181,7 @@ def test_with_a_high_flight_control_is_left_out_instead(block):
     assert both.examination.left_out_control is not None
 
 
+@pytest.mark.slow
 def test_a_height_in_feet_is_told_as_large_as_it_is(block):
     """It turns its models over: linear operators tell a part of it."""
 

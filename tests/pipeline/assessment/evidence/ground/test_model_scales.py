@@ -80,6 +80,7 @@ def in_another_unit(block, factor):
     return replace(block, high_flight=high), first["model_id"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1 / 0.3048, 0.001])
 def test_a_model_in_another_unit_is_named_as_the_cause(factor):
     """Gross errors that take part stood there, or the sign of all y-parallaxes."""

@@ -47,6 +47,7 @@ def with_a_smooth_strain(seed):
     return replace(block, control_points=control)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_corner_of_a_small_network_is_named_first(method):
     block, names = with_a_corner_apart(seed=2)
@@ -96,6 +97,7 @@ def test_a_smooth_strain_is_no_step(seed):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_step_that_is_part_of_a_strain_does_not_enlarge_the_figure(method):
     """The side of a wave looks like a step, which would move points much further."""

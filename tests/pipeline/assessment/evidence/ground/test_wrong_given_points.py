@@ -87,6 +87,7 @@ def test_two_of_them_are_named_the_worse_one_in_the_first_line():
     assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
 
 
+@pytest.mark.slow
 def test_three_of_a_hundred_are_named():
     block, truth, _ = given(31)
     assert len(block.approximate_points) < 150
@@ -96,6 +97,7 @@ def test_three_of_a_hundred_are_named():
     assert 0.85 < rms(miss) / result.examination.credible.value < 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["helmert", "helmert_3d", "images"])
 def test_models_of_all_kinds_tell_it(kind):
     geometry = {"images": {"transformation": "helmert_3d", "measurement": "images"}}
@@ -118,6 +120,7 @@ def test_nothing_is_found_in_clean_blocks(seed):
     assert densified(given(seed)[0]).examination.wrong_given_points == ()
 
 
+@pytest.mark.slow
 def test_a_measurement_that_is_wrong_is_no_wrong_point():
     """Other models of the point do not agree with it."""
     block, _, _ = given(31)
@@ -130,6 +133,7 @@ def test_a_measurement_that_is_wrong_is_no_wrong_point():
     assert result.assessment.causes[0] == "kept_gross_measurements"
 
 
+@pytest.mark.slow
 def test_points_of_a_displaced_region_are_no_single_ones():
     block, _, names = given(31, corner, shift=np.array([0.8, -0.6]))
     result = densified(block)
@@ -138,6 +142,7 @@ def test_points_of_a_displaced_region_are_no_single_ones():
     assert len(set(region.point_ids) & names) > 0.85 * len(names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_in", [True, False])
 def test_beside_a_displaced_region_both_are_named(is_in):
     """What m_0 has of the gross error does not hide the region."""
@@ -155,6 +160,7 @@ def test_beside_a_displaced_region_both_are_named(is_in):
     assert "outside displaced regions and models with wrong approximate points" in head
 
 
+@pytest.mark.slow
 def test_names_exchanged_in_all_measurements_are_in_the_figure():
     """Nothing tells whether the list or the measurements have them exchanged."""
     block, truth, _ = given(31)
@@ -190,6 +196,7 @@ def half_off(block, shift):
     return replace(block, approximate_points=known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [31, 41])
 def test_a_region_hides_no_single_wrong_point(seed):
     simulated, truth, _ = given(seed)
@@ -217,6 +224,7 @@ def test_an_adjustment_is_not_apart_from_what_given_points_do_to_two_steps():
     assert result.examination.apart_from_two_steps.plan < 0.05
 
 
+@pytest.mark.slow
 def test_a_region_of_photographs_is_no_single_wrong_point():
     geometry = BlockGeometry(
         width=4200.0,

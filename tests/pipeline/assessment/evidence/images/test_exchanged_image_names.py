@@ -45,6 +45,7 @@ def test_clean_photographs_have_no_exchanged_names(block):
     assert find_exchanged_image_names(densify(block).examination) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["keep", "snoop"])
 def test_the_pair_and_its_photograph_are_named_as_the_cause(block, outliers):
     """Wrong control and m_g stood there, or points that contradict, one by one."""
@@ -69,6 +70,7 @@ def test_the_pair_and_its_photograph_are_named_as_the_cause(block, outliers):
     assert {f.explained_by for f in others} <= {"exchanged_image_names"}
 
 
+@pytest.mark.slow
 def test_the_neighbour_tells_the_photograph(block):
     """A pair in both models of a photograph: in either, both orientations are bad."""
     flight = block.high_flight
@@ -109,6 +111,7 @@ def with_names_far_apart():
     return densify(spoilt, spoilt.settings.updated({"method": "simultaneous"}))
 
 
+@pytest.mark.slow
 def test_one_adjustment_is_told_by_the_names_first(with_names_far_apart):
     """It did not converge before second derivatives were counted."""
     result = with_names_far_apart
