@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.theory.relative_orientation.exchanged_names import with_exchanged_names
 
 from einschalt.theory.relative_orientation.condition_tests import StereoPairs
 from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
@@ -86,3 +87,18 @@ def test_both_estimators_find_the_same(make_pairs, estimator):
     pairs, is_wrong = spoilt(good, 0.08, (0.5, 1.0), seed=1)
     is_out = find_gross_errors(pairs, estimator)
     assert is_out[is_wrong].mean() > 0.94
+
+
+@pytest.mark.parametrize(
+    ("n_points", "n_exchanged"), [(12, 2), (15, 3), (25, 7), (60, 20)]
+)
+def test_exchanged_names_do_not_lead_astray(make_pairs, n_points, n_exchanged):
+    """Errors of centimetres, which leave the orientation of all points far off."""
+    good = simulated(make_pairs, 60, n_points, seed=5)
+    pairs, is_wrong = with_exchanged_names(good, n_exchanged, seed=2)
+    is_out = find_gross_errors(pairs)
+    kept, wanted = pairs.chosen(~is_out).orient(), good.chosen(~is_wrong).orient()
+    is_sound = kept.sigma_0 < 2.0 * wanted.sigma_0 + SIGMA
+    assert is_sound.mean() > 0.95
+    turned = np.abs(kept.rotation - wanted.rotation).max(axis=(1, 2))
+    assert np.median(turned) < 1e-3

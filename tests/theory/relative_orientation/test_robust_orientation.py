@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 from statsmodels.robust import norms
+from tests.theory.relative_orientation.exchanged_names import with_exchanged_names
 
 from einschalt.foundations.rotations import rotation_by_vector
 from einschalt.theory.relative_orientation.condition_tests import StereoPairs
@@ -135,3 +136,13 @@ def test_one_pair_as_among_many(make_pairs):
         _, one = pairs.of_models([k])
         alone = orient_robustly(one, "tukey").orientation
         np.testing.assert_array_equal(alone.base[0], together.orientation.base[k])
+
+
+def test_exchanged_names_do_not_lead_astray(make_pairs):
+    made, good = simulated(make_pairs, 60, 25, seed=6)
+    pairs, is_wrong = with_exchanged_names(good, 5, seed=2)
+    robust = orient_robustly(pairs, "tukey")
+    errors = turn_errors(robust.orientation.rotation, made.rotation)
+    assert np.mean(errors < 0.01) > 0.95
+    assert np.median(robust.factors[is_wrong]) == 0.0
+    assert np.median(robust.factors[~is_wrong]) > 0.8

@@ -3,9 +3,9 @@
 Snooping alone fails where there are many: together they enlarge sigma_0 until none of
 them stands out. So it is the last of three steps.
 
-1. From the orientation of all points, a descent with weights that fall with the size
-   of the misclosure (absolute values first, then Tukey's function) finds what most of
-   the points agree on.
+1. From the orientation of all points, or of a few where that is nowhere near
+   (:mod:`~.majority_orientation`), a descent with weights that fall with the size of
+   the misclosure finds what most of the points agree on.
 2. Points far from that are put aside, the others are oriented, and whatever does not
    contradict them comes back; this is repeated. All come back where their part of the
    sum of squares is no more than that of the worst points of a good pair (F test, with
@@ -24,36 +24,20 @@ from scipy.special import betaln, fdtrc
 
 from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
-from einschalt.theory.adjustment.norms import SIGMA_PER_MEDIAN
 from einschalt.theory.adjustment.robust import snoop
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.relative_orientation.condition_tests import (
     condition_tests,
     prediction_tests,
 )
-from einschalt.theory.relative_orientation.coplanarity_condition import (
-    COMPILED,
-    NO_SUMS,
-    add_condition,
-    coplanarity,
-    descent_step,
-    frame_of,
-    moved,
-    parameter_row,
-)
-from einschalt.theory.relative_orientation.coplanarity_solution import (
-    N_PARAMETERS,
-    pose_at,
+from einschalt.theory.relative_orientation.coplanarity_condition import COMPILED
+from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
+from einschalt.theory.relative_orientation.majority_orientation import (
+    FEWEST_POINTS,
+    majority,
 )
 
-# with fewer points the majority is not worth more than the worst of them
-FEWEST_POINTS = N_PARAMETERS + 3
-# standard errors: where Tukey's weight vanishes, and where a point is put aside
-TUKEY_LIMIT, PUT_ASIDE = 4.685, 5.0
-N_ABSOLUTE_STEPS, N_TUKEY_STEPS = 10, 15
-TUKEY = TUKEY_LIMIT, True
-# the smallest size of a misclosure that a weight is taken of, in standard errors
-LEAST_SIZE = 0.1
+PUT_ASIDE = 5.0  # standard errors
 MOST_RETURNS = 10
 
 
@@ -140,61 +124,9 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
         begin, end = start[k], start[k + 1]
         if end - begin < FEWEST_POINTS or not math.isfinite(poses[k, 0]):
             continue
-        image = np.ascontiguousarray(scaled[:, begin:end])
+        image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
         size = np.empty(end - begin)
-        pose, zr = pose_at(poses[k]), right_z[k]
-        for turn in range(N_ABSOLUTE_STEPS + N_TUKEY_STEPS):
-            scale = misclosure_scale(image, zr, pose, size)
-            sums = weighted_sums(image, zr, pose, scale, TUKEY, turn < N_ABSOLUTE_STEPS)
-            step, _ = descent_step(sums, 0.0)
-            if not math.isfinite(step[0]):
-                break
-            pose = moved(pose, step)
-        scale = misclosure_scale(image, zr, pose, size)
+        scale = majority(image, zr, pose_at(poses[k]), size)[1]
         # nothing is far where most points fit exactly
         if scale > 0.0 and np.sum(size > PUT_ASIDE * scale) < 0.5 * (end - begin):
             is_out[begin:end] = size > PUT_ASIDE * scale
-
-
-@compiled(**COMPILED)
-def misclosure_scale(image, zr, pose, size):
-    """Standard error of a misclosure by the median, in left principal distances.
-
-    ``size`` (n,) is filled with the lengths of the corrections that close each
-    condition.
-    """
-    base, rotation = pose
-    n = image.shape[1]
-    for i in range(n):
-        point = image[0, i], image[1, i], image[2, i], image[3, i]
-        f, _, _, (d0, d1, d2, d3) = coplanarity(point, zr, base, rotation)
-        size[i] = abs(f) / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3)
-    return SIGMA_PER_MEDIAN * np.median(size) * math.sqrt(n / (n - N_PARAMETERS))
-
-
-@compiled(**COMPILED)
-def weight_factor(ratio, norm, is_absolute):
-    """Factor of a weight: of absolute values, or of a norm (limit, is_tukey)."""
-    limit, is_tukey = norm
-    if is_absolute:
-        return 1.0 / max(ratio, LEAST_SIZE)
-    if is_tukey:
-        share = 1.0 - (ratio / limit) ** 2
-        return share * share if share > 0.0 else 0.0
-    return limit / max(ratio, limit)
-
-
-@compiled(**COMPILED)
-def weighted_sums(image, zr, pose, scale, norm, is_absolute):
-    """Normal equations with weights that fall with the size of a misclosure."""
-    base, tangents, rotation = frame_of(pose, False)
-    sums = NO_SUMS
-    for i in range(image.shape[1]):
-        point = image[0, i], image[1, i], image[2, i], image[3, i]
-        f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
-        d0, d1, d2, d3 = by_image
-        q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
-        factor = weight_factor(abs(f) / math.sqrt(q) / scale, norm, is_absolute)
-        row = parameter_row(by_base, by_turn, tangents)
-        sums = add_condition(sums, row, f, factor / q)
-    return sums

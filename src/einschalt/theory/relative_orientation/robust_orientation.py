@@ -39,10 +39,12 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
 from einschalt.theory.relative_orientation.coplanarity_precision import fill_precision
 from einschalt.theory.relative_orientation.coplanarity_solution import (
     N_PARAMETERS,
+    SAFE_SIGMA,
     pose_at,
     put_pose,
 )
-from einschalt.theory.relative_orientation.gross_errors import (
+from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
+from einschalt.theory.relative_orientation.majority_orientation import (
     FEWEST_POINTS,
     N_ABSOLUTE_STEPS,
     misclosure_scale,
@@ -82,7 +84,7 @@ def orient_robustly(pairs, norm):
     ordinary = pairs.orient("rigorous")
     start = np.ascontiguousarray(pairs.start, dtype=np.int64)
     left = pairs.distance[pairs.model, 0]
-    poses = ordinary.poses
+    poses, is_of_majority = _begin(pairs, ordinary)
     out = (
         poses,
         ordinary.cofactor * pairs.distance[:, :1, None] ** 2,
@@ -99,6 +101,7 @@ def orient_robustly(pairs, norm):
         start,
         np.ascontiguousarray(pairs.image.T / left),
         -pairs.distance[:, 1] / pairs.distance[:, 0],
+        is_of_majority,
         (limit, norm == "tukey", of_norm.consistency),
         out,
     )
@@ -117,15 +120,37 @@ def orient_robustly(pairs, norm):
     return RobustOrientation(robust, factors)
 
 
+def _begin(pairs, ordinary):
+    """Poses, and of bool, (n_pairs,), whether gross errors were taken out for them.
+
+    Those of the ordinary orientation, where these are credible.
+    """
+    poses = ordinary.poses
+    is_of_majority = np.zeros(len(poses), dtype=np.bool_)
+    size = ordinary.sigma_0 / pairs.distance[:, 0]
+    doubtful = np.flatnonzero(~(ordinary.is_converged & (size <= SAFE_SIGMA)))
+    if not len(doubtful):
+        return poses, is_of_majority
+    _, part = pairs.of_models(doubtful)
+    found = part.chosen(~find_gross_errors(part)).orient()
+    is_better = found.is_converged & ~(found.sigma_0 >= ordinary.sigma_0[doubtful])
+    is_of_majority[doubtful] = is_better
+    poses[is_of_majority] = found.poses[is_better]
+    return poses, is_of_majority
+
+
 @compiled(**COMPILED)
-def _orient_range(first, last, start, scaled, right_z, norm, out):
+def _orient_range(first, last, start, scaled, right_z, is_of_majority, norm, out):
     poses, cofactor, squares, n_in_front, status, corrections, numbers, factors = out
     for k in range(first, last):
         begin, end = start[k], start[k + 1]
         if end - begin < FEWEST_POINTS or not math.isfinite(poses[k, 0]):
             continue
         image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
-        pose, scale, is_converged = _descend(image, zr, pose_at(poses[k]), norm)
+        # gross errors that have no pull yet would have it by absolute values
+        n_absolute = 0 if is_of_majority[k] else N_ABSOLUTE_STEPS
+        pose = pose_at(poses[k])
+        pose, scale, is_converged = _descend(image, zr, pose, n_absolute, norm)
         factor = factors[begin:end]
         _set_factors(image, zr, pose, (scale, norm), factor)
         closing = corrections[:, begin:end]
@@ -146,7 +171,7 @@ def _orient_range(first, last, start, scaled, right_z, norm, out):
 
 
 @compiled(**COMPILED)
-def _descend(image, zr, pose, norm):
+def _descend(image, zr, pose, n_absolute, norm):
     """Pose, scale of the misclosures there, and whether it converged."""
     size = np.empty(image.shape[1])
     scale = misclosure_scale(image, zr, pose, size)
@@ -156,7 +181,7 @@ def _descend(image, zr, pose, norm):
             scale = math.sqrt(scale * misclosure_scale(image, zr, pose, size))
         if not scale > ROUNDING:  # most points fit exactly
             return pose, 0.0, scale >= 0.0
-        is_absolute = turn < N_ABSOLUTE_STEPS
+        is_absolute = turn < n_absolute
         sums = weighted_sums(image, zr, pose, scale, norm[:2], is_absolute)
         step, gain = descent_step(sums, 0.0)
         if not math.isfinite(step[0]):
