@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -110,3 +111,10 @@ def test_it_comes_from_the_points_that_the_block_hangs_on(given_approximations_r
     assert block.high_flight is None
     assert shared_error_of(block) == 2.0
     assert shared_error_of(block, "simultaneous") == 1.0
+
+
+def test_the_adjustment_by_itself_has_it_too(demo_block):
+    brought = replace(demo_block, shared_errors_m={"control_points": SHARED})
+    plain, shared = adjust_block(demo_block).points, adjust_block(brought).points
+    np.testing.assert_allclose(shared[TOTAL], np.hypot(plain[TOTAL], SHARED))
+    np.testing.assert_array_equal(shared["easting"], plain["easting"])

@@ -20,6 +20,10 @@ from einschalt.foundations.frame_columns import with_columns
 from einschalt.pipeline.block.block import Block, with_errors_as_shown
 from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
+from einschalt.stages.error_propagation.shared_error import (
+    shared_error_of,
+    with_shared_columns,
+)
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
 from einschalt.stages.simultaneous.adjustment import (
@@ -101,7 +105,8 @@ def adjust_block(
     Every measured coordinate is an observation with the standard error m_g · scale
     number / √2 on the ground, smaller by the root of its settings; every control point
     is an observation with its own standard error, or held where it has none. Check
-    points are adjusted as new points, and compared.
+    points are adjusted as new points, and compared. Standard errors of points contain
+    the error that all control shares (``block.shared_errors_m``).
 
     Parameters
     ----------
@@ -167,7 +172,9 @@ def adjust_block(
     if block.settings.earth_curvature == "treated":
         oriented = bend_for_adjustment(block, oriented, kinds)
     adjusted = simultaneous_adjustment(block_tables(block, oriented, kinds), options)
-    return _with_check_points(adjusted, block.control_points)
+    shared_error = shared_error_of(block, "simultaneous")
+    points = with_shared_columns(adjusted.points, shared_error)
+    return _with_check_points(replace(adjusted, points=points), block.control_points)
 
 
 def _with_check_points(adjusted, given):
