@@ -7,6 +7,9 @@ that it settles anywhere: with misclosures that no photograph has. Then it begin
 orientation of a few points instead: of many such choices that with which the majority
 agrees best, by the size that (n + 6) / 2 misclosures do not exceed.
 
+The same size is the scale of the norms: with the median, Tukey's function closes in on
+five of a few points, which always fit, and calls the others gross errors.
+
 Sources: Beaton and Tukey 1974 (Technometrics 16); Rousseeuw 1984 (Journal of the
 American Statistical Association 79), least quantile of squares; Rousseeuw and Van
 Driessen 2006 (Data Mining and Knowledge Discovery 12), steps that concentrate.
@@ -17,7 +20,6 @@ import math
 import numpy as np
 
 from einschalt.foundations.kernels import compiled
-from einschalt.theory.adjustment.norms import SIGMA_PER_MEDIAN
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     FIRST_ORDER,
@@ -50,6 +52,7 @@ LEAST_SIZE = 0.1
 # choices of a few points: with 3 of 10 points wrong, one of 30 is good in 98 of 100
 N_CHOICES, N_CHOSEN = 30, N_PARAMETERS + 1
 N_CONCENTRATIONS = 2
+NEWTON_STEPS = 8
 
 
 @compiled(**COMPILED)
@@ -60,29 +63,15 @@ def majority(image, zr, pose, size):
     distances as the scale.
     """
     settled = _settle(image, zr, pose, size)
-    least = _size_of_majority(image, zr, settled, size)
-    if not least <= SAFE_SIGMA:
-        start = _pose_of_few(image, zr, pose, size)
-        for other in (start, _settle(image, zr, start, size)):
-            found = _size_of_majority(image, zr, other, size)
-            if not least <= found:
-                settled, least = other, found
+    least = misclosure_scale(image, zr, settled, size)
+    if least <= SAFE_SIGMA:
+        return settled, least
+    start = _pose_of_few(image, zr, pose, size)
+    for other in (start, _settle(image, zr, start, size)):
+        scale = misclosure_scale(image, zr, other, size)
+        if not least <= scale:
+            settled, least = other, scale
     return settled, misclosure_scale(image, zr, settled, size)
-
-
-@compiled(**COMPILED)
-def _size_of_majority(image, zr, pose, size):
-    """Size that so many misclosures do not exceed that any others share a majority.
-
-    The median is none of few points: five can always be met.
-    """
-    misclosure_scale(image, zr, pose, size)
-    return np.sort(size)[_n_of_majority(image) - 1]
-
-
-@compiled(**COMPILED)
-def _n_of_majority(image):
-    return (image.shape[1] + N_PARAMETERS + 1) // 2
 
 
 @compiled(**COMPILED)
@@ -117,9 +106,9 @@ def _pose_of_few(image, zr, pose, size):
             found = _fitted(few, zr, start)
             for _ in range(N_CONCENTRATIONS):
                 found = _concentrated(image, zr, found, size)
-            reached = _size_of_majority(image, zr, found, size)
-            if reached < least:
-                best, least = found, reached
+            scale = misclosure_scale(image, zr, found, size)
+            if scale < least:
+                best, least = found, scale
         if least <= SAFE_SIGMA:
             break
     return best
@@ -138,7 +127,7 @@ def _concentrated(image, zr, pose, size):
     """Pose of the majority that agrees best with another pose."""
     misclosure_scale(image, zr, pose, size)
     rows = np.argsort(size)
-    best = np.empty((4, _n_of_majority(image)))
+    best = np.empty((4, n_of_majority(image.shape[1])))
     for axis in range(4):
         for i in range(best.shape[1]):
             best[axis, i] = image[axis, rows[i]]
@@ -147,10 +136,11 @@ def _concentrated(image, zr, pose, size):
 
 @compiled(**COMPILED)
 def misclosure_scale(image, zr, pose, size):
-    """Standard error of a misclosure by the median, in left principal distances.
+    """Standard error of a misclosure by the majority, in left principal distances.
 
     ``size`` (n,) is filled with the lengths of the corrections that close each
-    condition.
+    condition. What more than half of them do not exceed tells it, as the median does of
+    many: of few the median is no measure, since any five can be closed together.
     """
     base, rotation = pose
     n = image.shape[1]
@@ -158,7 +148,25 @@ def misclosure_scale(image, zr, pose, size):
         point = image[0, i], image[1, i], image[2, i], image[3, i]
         f, _, _, (d0, d1, d2, d3) = coplanarity(point, zr, base, rotation)
         size[i] = abs(f) / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3)
-    return SIGMA_PER_MEDIAN * np.median(size) * math.sqrt(n / (n - N_PARAMETERS))
+    last = n_of_majority(n) - 1
+    usual = normal_size((last + 0.5) / n) * math.sqrt((n - N_PARAMETERS) / n)
+    return np.partition(size, last)[last] / usual
+
+
+@compiled(**COMPILED)
+def n_of_majority(n):
+    """How many of n points any others share a majority with, five being free."""
+    return (n + N_PARAMETERS + 1) // 2
+
+
+@compiled(**COMPILED)
+def normal_size(share):
+    """Size that a share of standard normal errors does not exceed."""
+    z = 0.5
+    for _ in range(NEWTON_STEPS):
+        density = math.sqrt(2.0 / math.pi) * math.exp(-0.5 * z * z)
+        z -= (math.erf(z / math.sqrt(2.0)) - share) / density
+    return z
 
 
 @compiled(**COMPILED)
