@@ -15,6 +15,7 @@ import pyarrow as pa
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.key_columns import are_tidy
+from einschalt.foundations.names import is_among
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
@@ -80,7 +81,7 @@ def _plain(value):
 def choices(raw, column):
     """Words of a column that allows a few; as :func:`numbers` gives them."""
     text, is_bad = raw, np.zeros(len(raw), dtype=bool)
-    if not (is_text(raw) and raw.isin(column.choices).all()):
+    if not (is_text(raw) and is_among(raw, column.choices).all()):
         text = raw.astype("object").where(raw.notna(), column.default)
         text = text.astype(str).str.strip()
         text = text.where(text != "", column.default)

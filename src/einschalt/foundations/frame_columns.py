@@ -35,9 +35,13 @@ def with_columns(table: pd.DataFrame, **columns) -> pd.DataFrame:
     """
     # copied here, since pandas would put all of them into one block, of which the
     # arrays that are taken from the table later could not be changed
-    values = {**dict(table.items()), **columns}
-    own = {name: v.copy() if hasattr(v, "copy") else v for name, v in values.items()}
-    return pd.DataFrame(own, index=table.index, copy=False)
+    own = {name: v.copy() if hasattr(v, "copy") else v for name, v in columns.items()}
+    if not any(name in table.columns for name in columns):
+        further = pd.DataFrame(own, index=table.index, copy=False)
+        return pd.concat([table, further], axis="columns")
+    others = {n: v.copy() for n, v in table.items() if n not in own}
+    in_order = dict.fromkeys(table.columns)
+    return pd.DataFrame(in_order | others | own, index=table.index, copy=False)
 
 
 def values_of(table: pd.DataFrame, names: Iterable[str]) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from einschalt.foundations.names import Coded, encode
+from einschalt.foundations.names import Coded, arrow_inside, encode
 
 LARGEST_CODE = 2**62
 MANY = 50_000  # rows from which compiled code is worth its start
@@ -124,6 +124,6 @@ def are_tidy(names):
 def _as_text(names):
     """A column of text as Arrow has it, in one of the two forms with plain places."""
     is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
-    column = names if is_arrow else pa.array(names, from_pandas=True)
+    column = names if is_arrow else pa.array(arrow_inside(names), from_pandas=True)
     is_plain = pa.types.is_string(column.type) or pa.types.is_large_string(column.type)
     return column if is_plain else column.cast(pa.large_string())

@@ -153,9 +153,20 @@ def is_among(names, others):
     return found.to_numpy(zero_copy_only=False)
 
 
+def arrow_inside(column):
+    """The array of a column of pandas that gives itself as one of Arrow, or the column.
+
+    Arrow asks the column for a dozen attributes before it comes to its array.
+    """
+    array = getattr(column, "array", column)
+    return array if hasattr(array, "__arrow_array__") else column
+
+
 def _text(names):
     if len(names) == 0:  # of any kind: pandas makes empty columns float
         return pa.array([], TEXT)
-    is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
-    array = names.cast(TEXT) if is_arrow else pa.array(names, TEXT, from_pandas=True)
+    if isinstance(names, (pa.Array, pa.ChunkedArray)):
+        array = names.cast(TEXT)
+    else:
+        array = pa.array(arrow_inside(names), TEXT, from_pandas=True)
     return array.combine_chunks() if isinstance(array, pa.ChunkedArray) else array

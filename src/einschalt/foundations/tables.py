@@ -260,7 +260,8 @@ def _seen_names(frame, schema):
     """Names of the key as they stand in the table, looked over."""
     names = list(frame.columns)
     once = [name for name in schema.key if names.count(name) == 1]
-    return SeenNames({n: frame[n] for n in once if cell_values.is_text(frame[n])})
+    columns = {name: frame[name] for name in once}
+    return SeenNames({n: c for n, c in columns.items() if cell_values.is_text(c)})
 
 
 def _may_repeat(checked, key, given, seen):
@@ -397,12 +398,12 @@ def _cell(frame, name, place):
 def _check_key(table, source, schema):
     frame, key = table.frame, list(table.key)
     codes = row_codes([table.coded[name] for name in key])
-    is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
-    if not is_doubled.any():
+    if len(pd.unique(codes)) == len(codes):
         return []
+    is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
     is_given = (frame[key] != "").all(axis=1).to_numpy(dtype=bool)
     places = np.flatnonzero(is_doubled & is_given)
-    firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
+    firsts = np.flatnonzero(~is_doubled)
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
     remedy = DOUBLED

@@ -2,6 +2,8 @@
 
 import pyarrow as pa
 
+from einschalt.foundations.names import arrow_inside
+
 
 def table_as_arrow(frame):
     """Turn a table into one of Arrow, without its index; one that is such stays.
@@ -17,7 +19,7 @@ def table_as_arrow(frame):
 def column_as_arrow(series):
     """Turn a column into one Arrow array; missing is null, mixed kinds are text."""
     try:
-        values = pa.array(series, from_pandas=True)
+        values = pa.array(arrow_inside(series), from_pandas=True)
     except (pa.ArrowInvalid, pa.ArrowTypeError):
         values = pa.array(series.map(str, na_action="ignore"), pa.string())
     if isinstance(values, pa.ChunkedArray):

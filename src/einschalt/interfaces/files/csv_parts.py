@@ -27,8 +27,7 @@ def read_fast(data, header, schema, numbers):
     parts = _parts(data, header)
     # a thread for each part keeps cores busier than pyarrow's own, block by block
     try:
-        with ThreadPoolExecutor(len(parts)) as pool:
-            tables = list(pool.map(read, parts))
+        tables = _each(read, parts)
     except pa.ArrowInvalid:
         return None
     if any(table is None for table in tables):
@@ -37,6 +36,14 @@ def read_fast(data, header, schema, numbers):
     first = header.end + 1
     frame.index = pd.RangeIndex(first, len(frame) + first, name=LINE)
     return frame
+
+
+def _each(read, parts):
+    """What reading each part gives; a thread for one part would only cost its start."""
+    if len(parts) == 1:
+        return [read(parts[0])]
+    with ThreadPoolExecutor(len(parts)) as pool:
+        return list(pool.map(read, parts))
 
 
 def _parts(data, header):

@@ -10,6 +10,7 @@ import re
 import numpy as np
 
 from einschalt.foundations.errors import TableError
+from einschalt.foundations.frame_columns import columns_of
 from einschalt.foundations.typesetting import count
 
 TAIL_BYTES = 2**16  # that are looked at
@@ -72,7 +73,7 @@ def note_on_last_model(frame, key, source):
     if names.count(key) != 1 or names.count("coverage") > 1 or not len(frame):
         return None
     # from row to row: to code all names takes as long as to read them
-    keys = frame[[name for name in ("coverage", key) if name in names]]
+    keys = columns_of(frame, [name for name in ("coverage", key) if name in names])
     is_first = np.zeros(len(keys), dtype=bool)
     for name in keys:
         is_first |= (keys[name] != keys[name].shift()).to_numpy(

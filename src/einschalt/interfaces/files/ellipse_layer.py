@@ -3,6 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
@@ -25,15 +26,16 @@ def ellipse_layer(result, ellipse_scale=None) -> Layer:
 
     A round factor where no scale is said; no rows where the errors were not propagated.
     """
-    table = result.ellipses.merge(result.points[["point_id", "role"]], on="point_id")
-    xy = table[["easting", "northing"]].to_numpy(dtype=float)
-    axes = table[["semi_major", "semi_minor"]].to_numpy(dtype=float)
+    roles = columns_of(result.points, ["point_id", "role"])
+    table = result.ellipses.merge(roles, on="point_id")
+    xy = values_of(table, ["easting", "northing"])
+    axes = values_of(table, ["semi_major", "semi_minor"])
     factor = ellipse_scale or exaggeration(xy, axes * [1.0, 0.0])
     azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
     outlines = ellipse_outlines(xy, Ellipses(*(factor * axes).T, azimuth))
     return Layer(
         "ellipses",
-        table.assign(exaggeration=factor),
+        with_columns(table, exaggeration=factor),
         map_shapes.polygons(outlines),
         "Polygon",
         f"Confidence ellipses, drawn {factor:g} times as large",

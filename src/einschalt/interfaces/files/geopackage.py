@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
@@ -30,7 +31,11 @@ from einschalt.interfaces.files.qgis_styles import add_styles, claim_of
 GEOMETRY = "geom"
 DATE = "1970-01-01T00:00:00.000Z"
 # the file is forced to the disk once, when it is whole
-GDAL_OPTIONS = {"OGR_CURRENT_DATE": DATE, "OGR_SQLITE_SYNCHRONOUS": "OFF"}
+GDAL_OPTIONS = {
+    "OGR_CURRENT_DATE": DATE,
+    "OGR_SQLITE_SYNCHRONOUS": "OFF",
+    "OGR_SQLITE_JOURNAL": "MEMORY",
+}
 LOCAL_SYSTEM = (
     'ENGCRS["Local system, not georeferenced",EDATUM["Unknown"],CS[Cartesian,2],'
     'AXIS["easting (E)",east,ORDER[1],LENGTHUNIT["metre",1]],'
@@ -143,14 +148,14 @@ def distinct_names(names):
 
 def _positions(result):
     """Easting and northing of every point that has any, the best first."""
-    known = [result.approximations, result.control_points, result.points]
     plane = ["point_id", "easting", "northing"]
-    table = pd.concat([frame[plane] for frame in known if frame is not None])
+    known = (result.approximations, result.control_points, result.points)
+    table = pd.concat([columns_of(one, plane) for one in known if one is not None])
     return table.drop_duplicates("point_id").set_index("point_id")
 
 
 def _plane(frame):
-    return frame[["easting", "northing"]].to_numpy(dtype=float)
+    return values_of(frame, ["easting", "northing"])
 
 
 def _points_layer(result):
@@ -170,12 +175,11 @@ def _points_layer(result):
 def _residuals_layer(result, positions):
     residuals = result.residuals
     given = _plane(positions.reindex(residuals["point_id"]))
-    columns = ["residual_easting", "residual_northing"]
-    shift = residuals[columns].to_numpy(dtype=float)
+    shift = values_of(residuals, ["residual_easting", "residual_northing"])
     factor = exaggeration(_plane(result.points), shift)
     return Layer(
         "residual_vectors",
-        residuals.assign(exaggeration=factor),
+        with_columns(residuals, exaggeration=factor),
         map_shapes.lines(np.stack([given, given + factor * shift], axis=1)),
         "LineString",
         f"Residuals, transformed minus given, drawn {factor:g} times as long",
@@ -184,7 +188,9 @@ def _residuals_layer(result, positions):
 
 def _models_layer(result, positions):
     flights = result.block.flights.items()
-    held = pd.concat([f.model_table().assign(flight=name) for name, f in flights])
+    held = pd.concat(
+        [with_columns(f.model_table(), flight=name) for name, f in flights]
+    )
     held = held.join(positions, on="point_id")
     group = held.groupby(MODEL_KEY, sort=False).ngroup().to_numpy()
     models = held.loc[~held.duplicated(MODEL_KEY).to_numpy(), MODEL_KEY]

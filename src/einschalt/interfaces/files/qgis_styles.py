@@ -173,6 +173,9 @@ def add_styles(path, date, columns, claim=None):
     ``columns``: by layer, all but the geometry; they are explained as well.
     """
     with closing(sqlite3.connect(path)) as database, database:
+        # nobody sees the file before it is whole, and forced to the disk
+        database.execute("PRAGMA synchronous = OFF")
+        database.execute("PRAGMA journal_mode = MEMORY")
         database.execute(CREATE)
         database.execute(REGISTER, (date,))
         for layer in LAYERS:

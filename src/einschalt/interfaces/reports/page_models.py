@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.batches import segments_present
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.reports.packed_data import quantum_of
@@ -65,11 +66,12 @@ def footprints(result):
         return None
     row_of = pd.Series(np.arange(len(points)), points["point_id"])
     row = row_of[~row_of.index.duplicated()].reindex(inside["point_id"]).to_numpy()
-    places = pd.MultiIndex.from_frame(models[KEYS])
+    places = pd.MultiIndex.from_frame(columns_of(models, KEYS))
     places = pd.Series(np.arange(len(models)), places)
     places = places[~places.index.duplicated()]
-    model = places.reindex(pd.MultiIndex.from_frame(inside[KEYS])).to_numpy()
-    xy = points[["easting", "northing"]].to_numpy(dtype=float)
+    own = pd.MultiIndex.from_frame(columns_of(inside, KEYS))
+    model = places.reindex(own).to_numpy()
+    xy = values_of(points, ["easting", "northing"])
     is_known = np.isfinite(row) & np.isfinite(model)
     row, model = row[is_known].astype(int), model[is_known].astype(int)
     is_located = np.isfinite(xy[row]).all(axis=1)
@@ -96,8 +98,8 @@ def _outermost(xy, row, model, n_models):
 def _points_of_models(result):
     """Which points lie in which model, as values and residuals tell."""
     values = result.single_values
-    parts = [result.residuals[[*KEYS, "point_id"]]]
+    parts = [columns_of(result.residuals, [*KEYS, "point_id"])]
     if len(values):
-        low = values[["coverage", "model_id", "point_id"]]
-        parts.insert(0, low.assign(flight="low_flight"))
+        low = columns_of(values, ["coverage", "model_id", "point_id"])
+        parts.insert(0, with_columns(low, flight="low_flight"))
     return pd.concat([part for part in parts if len(part)] or parts)

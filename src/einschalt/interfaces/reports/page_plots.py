@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
 from einschalt.pipeline.summary.sections.error_sources import source_name
 
@@ -53,7 +54,7 @@ def _in_own_scale(residuals):
     """Rows with redundancy, and their residuals in their own standard errors (n, 2)."""
     sides = ("residual_easting", "residual_northing")
     part = residuals["redundancy_number"].to_numpy(dtype=float)
-    both = residuals[list(sides)].to_numpy(dtype=float)
+    both = values_of(residuals, sides)
     is_known = np.isfinite(both).all(axis=1) & (part > 1e-6)
     free = both[is_known] / np.sqrt(part[is_known])[:, np.newaxis]
     rows = residuals[is_known]
@@ -122,7 +123,7 @@ def sources_of_error(result):
     n_classes = N_CLASSES if len(table) >= LEAST_POINTS else 1
     parts = np.array_split(np.arange(len(table)), n_classes)
     columns = [f"standard_error_{source}" for source in block["source"]]
-    variances = table[columns].to_numpy(dtype=float) ** 2
+    variances = values_of(table, columns) ** 2
     means = np.array([variances[part].mean(axis=0) for part in parts])
     return {
         "codes": list(block["source"]),

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import columns_of, with_columns
+
 # points that a pair must have in common, and the share of them that must be equal
 FEWEST_POINTS = 3
 LEAST_SHARE = 0.5
@@ -78,7 +80,8 @@ def _rows_of(name, flight):
         points = points.assign(coverage="")
     else:
         points = flight.model_points
-    return points[["coverage", "model_id", "point_id", "x", "y"]].assign(flight=name)
+    columns = columns_of(points, ["coverage", "model_id", "point_id", "x", "y"])
+    return with_columns(columns, flight=name)
 
 
 def _pairs(rows, keys):

@@ -14,7 +14,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.frame_columns import columns_of
+from einschalt.foundations.frame_columns import columns_of, with_columns
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import encode_pairs, is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -249,8 +249,8 @@ def _known_by_values(solution, name):
     by_point = values.groupby("point_id", sort=False)
     values = values[(by_point["easting"].transform("size") >= LEAST_VALUES).to_numpy()]
     median = values.groupby("point_id", sort=False)[axes].transform("median")
-    miss = values[list(PLAN)] - median[list(PLAN)]
-    return values[[*MODEL, "point_id"]].assign(
+    miss = columns_of(values, PLAN) - columns_of(median, PLAN)
+    return columns_of(values, [*MODEL, "point_id"]).assign(
         **median,
         residual_easting=miss["easting"],
         residual_northing=miss["northing"],
@@ -286,12 +286,13 @@ def _worst_points(solution, name, by_values):
         return residuals.iloc[:0]
     columns = [*MODEL, "point_id", "residual_easting", "residual_northing"]
     parts = [part for part in (residuals, *own) if len(part)] or [residuals]
-    both = pd.concat([part[[*columns, "is_suspect"]] for part in parts])
+    both = pd.concat([columns_of(part, [*columns, "is_suspect"]) for part in parts])
     # two exchanged points mask each other: a model may fit badly without a suspect
     wrong = both[both["is_suspect"].to_numpy(dtype=bool)]
     both = both[rows_among(both, wrong, MODEL) | rows_among(both, misfits, MODEL)]
     miss = np.hypot(both["residual_easting"], both["residual_northing"])
-    both = both.assign(miss=miss).sort_values("miss", ascending=False, kind="stable")
+    both = with_columns(both, miss=miss)
+    both = both.sort_values("miss", ascending=False, kind="stable")
     both = both.drop_duplicates([*MODEL, "point_id"])
     model = encode_pairs(both["coverage"], both["model_id"]).codes
     both = both[model < MOST_MODELS]  # codes count in the order of the rows

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError, TableError
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.names import is_among
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -141,7 +141,7 @@ class PrecisionTables:
             _root(alone[:, 0, 0] + alone[:, 1, 1]),
         )
         table = pd.DataFrame({"point_id": names[one], "neighbour_id": names[two]})
-        return table.assign(**dict(zip(NEIGHBOUR_COLUMNS, columns, strict=True)))
+        return with_columns(table, **dict(zip(NEIGHBOUR_COLUMNS, columns, strict=True)))
 
     def covariance_between(self, pairs):
         """Covariances between the coordinates of two points.
@@ -215,8 +215,8 @@ class PrecisionTables:
         azimuth = found.azimuth / RADIANS_PER_GON
         columns = (found.semi_major, found.semi_minor, azimuth, level)
         table = pd.DataFrame({"point_id": self.errors.point_ids})
-        table = table.assign(**dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
-        return self.points[["point_id", *PLANE]].merge(table, on="point_id")
+        table = with_columns(table, **dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
+        return columns_of(self.points, ["point_id", *PLANE]).merge(table, on="point_id")
 
     def _require_errors(self):
         if self.errors is None:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from einschalt.foundations.frame_columns import columns_of
+
 MODEL = ["flight", "coverage", "model_id"]
 
 
@@ -27,7 +29,7 @@ def block_facts(examined) -> BlockFacts:
         name=block.name,
         crs=block.crs,
         n_models=sum(flight.n_models for flight in block.flights.values()),
-        n_failed_models=len(examined.failures[MODEL].drop_duplicates()),
+        n_failed_models=len(columns_of(examined.failures, MODEL).drop_duplicates()),
         chosen_settings=tuple(
             (name, value)
             for name, value in settings.model_dump().items()

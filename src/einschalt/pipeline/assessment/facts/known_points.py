@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence.claim import KNOWN, LEFT_OUT
 
 MOST_NAMED = 3
@@ -53,5 +54,5 @@ def _left_out(examined):
 
 
 def _total(table):
-    differences = table[["difference_easting", "difference_northing"]]
-    return np.sqrt(np.sum(differences.to_numpy(dtype=float) ** 2, axis=1))
+    differences = values_of(table, ["difference_easting", "difference_northing"])
+    return np.sqrt(np.sum(differences**2, axis=1))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.densification.result_tables import HIGH, LOW
 from einschalt.theory.adjustment.multiple_testing import bonferroni
@@ -80,12 +80,14 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
 def _predictions(residuals):
     """What each model of a flight, without the point, misses it by."""
     p_value = residuals["p_value"].to_numpy(dtype=float)
-    table = residuals[["point_id", "leverage", *RESIDUALS]].assign(
-        p_value=p_value, of_all=bonferroni(p_value)
+    table = with_columns(
+        columns_of(residuals, ["point_id", "leverage", *RESIDUALS]),
+        p_value=p_value,
+        of_all=bonferroni(p_value),
     )
     table = table[np.isfinite(p_value) & (table["leverage"] < MOST_LEVERAGE)]
-    missed = values_of(table, RESIDUALS) / (1.0 - table[["leverage"]].to_numpy())
-    return table.assign(**dict(zip(PLAN, missed.T, strict=True)))
+    missed = values_of(table, RESIDUALS) / (1.0 - values_of(table, ["leverage"]))
+    return with_columns(table, **dict(zip(PLAN, missed.T, strict=True)))
 
 
 def _are_of_one_target(two_step, table, points):

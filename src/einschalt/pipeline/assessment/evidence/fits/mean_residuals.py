@@ -60,4 +60,4 @@ def fits_without(low, suspects):
     observed = low.observed
     is_usable = low.models["is_usable"].to_numpy(dtype=bool) & (low.fit.redundancy > 0)
     usable = np.repeat(is_usable, np.diff(observed.start))
-    return usable & ~rows_among(observed.rows, suspects[KEY], KEY)
+    return usable & ~rows_among(observed.rows, suspects, KEY)

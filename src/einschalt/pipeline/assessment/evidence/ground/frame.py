@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.batches import segments_present
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -191,7 +191,7 @@ def frame_of(examined) -> Frame:
         mirrored = _onto_control(examined)
     over = are_upside_down(examined.models)
     places = examined.points.drop_duplicates("point_id").set_index("point_id")
-    places = places[PLAN]
+    places = columns_of(places, PLAN)
     is_new = (examined.points["role"] == "new").to_numpy()
     new = examined.points[is_new].reindex(columns=GROUND_NAMES)
     return Frame(
