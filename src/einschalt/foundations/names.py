@@ -154,12 +154,15 @@ def is_among(names, others):
 
 
 def arrow_inside(column):
-    """The array of a column of pandas that gives itself as one of Arrow, or the column.
+    """The array of a column of pandas, of Arrow or numpy, or else the column.
 
     Arrow asks the column for a dozen attributes before it comes to its array.
     """
     array = getattr(column, "array", column)
-    return array if hasattr(array, "__arrow_array__") else column
+    if hasattr(array, "__arrow_array__"):
+        return array
+    is_numpy = array is not column and isinstance(column.dtype, np.dtype)
+    return array.to_numpy() if is_numpy else column
 
 
 def _text(names):

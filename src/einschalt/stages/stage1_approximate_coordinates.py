@@ -9,6 +9,7 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_kind
 from einschalt.foundations.errors import GeometryError, name_some, raise_problems
+from einschalt.foundations.frame_columns import columns_of
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.stages.model_screening import GROUND_NAMES
 from einschalt.stages.results import Result
@@ -27,6 +28,7 @@ OTHERWISE = 'Or adjust all models together: method = "simultaneous" needs less c
 # From five control points m_0 is uncertain by a third: as a weight it would do harm
 # (5.11 cm instead of 4.71 on simulated Neukirchen).
 REDUNDANCY_OF_OWN_M_0 = 30
+PAPER, INTERNAL = "standard_error_paper", "standard_error_internal"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,17 +141,18 @@ def average_high_flight(
     require_usable(transformation, "high flight", STAGE, OTHERWISE)
     values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)
     values = with_positions(values, model_points)
-    if is_gross is not None:
+    if is_gross is not None and np.any(is_gross):
         values.loc[is_gross, [name for name in GROUND_NAMES if name in values]] = np.nan
-    values = values.rename(columns={"m_t": "standard_error_paper"})
+    names = [PAPER if name == "m_t" else name for name in values.columns]
+    values = values.set_axis(names, axis="columns")
     means = average_coverages(
         values,
         coverage_mean=coverage_mean,
         weighting=weighting,
         covariances=covariances,
     )
-    errors = ["standard_error_paper", "standard_error_internal"]
-    points = means.points.drop(columns=errors)
+    kept = [name for name in means.points.columns if name not in (PAPER, INTERNAL)]
+    points = columns_of(means.points, kept)
     return ApproximateCoordinates(points, transformation, means)
 
 

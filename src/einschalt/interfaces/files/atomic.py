@@ -13,7 +13,7 @@ import re
 import secrets
 import shutil
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
@@ -192,8 +192,11 @@ def _has_ended(pid):
 
 
 def _force_to_disk(path):
-    with path.open("rb+") as file:
-        os.fsync(file.fileno())
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _remove_with_sidecars(hidden):
@@ -203,10 +206,11 @@ def _remove_with_sidecars(hidden):
 
 
 def _remove(path):
-    try:
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
-    except OSError:  # read-only by now, or another run was quicker: it does no harm
-        return
+    with suppress(OSError):  # read-only by now, or gone: it does no harm
+        try:
+            path.unlink()
+        except FileNotFoundError:  # as most are
+            return
+        except OSError:
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)

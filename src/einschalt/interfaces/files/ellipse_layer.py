@@ -3,7 +3,12 @@
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
+from einschalt.foundations.frame_columns import (
+    columns_of,
+    joined,
+    values_of,
+    with_columns,
+)
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
@@ -27,7 +32,7 @@ def ellipse_layer(result, ellipse_scale=None) -> Layer:
     A round factor where no scale is said; no rows where the errors were not propagated.
     """
     roles = columns_of(result.points, ["point_id", "role"])
-    table = result.ellipses.merge(roles, on="point_id")
+    table = joined(result.ellipses, roles, "point_id")
     xy = values_of(table, ["easting", "northing"])
     axes = values_of(table, ["semi_major", "semi_minor"])
     factor = ellipse_scale or exaggeration(xy, axes * [1.0, 0.0])

@@ -19,6 +19,8 @@ import pandas as pd
 import pyarrow as pa
 
 from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
+from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.names import rows_of_names
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
@@ -191,12 +193,14 @@ def _models_layer(result, positions):
     held = pd.concat(
         [with_columns(f.model_table(), flight=name) for name, f in flights]
     )
-    held = held.join(positions, on="point_id")
-    group = held.groupby(MODEL_KEY, sort=False).ngroup().to_numpy()
-    models = held.loc[~held.duplicated(MODEL_KEY).to_numpy(), MODEL_KEY]
-    is_known = held["easting"].notna().to_numpy()
+    group, _ = pd.factorize(row_codes([held[name] for name in MODEL_KEY]))
+    is_first = ~pd.Series(group).duplicated().to_numpy()
+    models = columns_of(held, MODEL_KEY)[is_first]
+    place = rows_of_names(held["point_id"], positions.index)
+    xy = np.vstack([_plane(positions), [[np.nan, np.nan]]])[place]
+    is_known = ~np.isnan(xy[:, 0])
     order = np.argsort(group[is_known], kind="stable")
-    xy = _plane(held[is_known])[order]
+    xy = xy[is_known][order]
     return Layer(
         "models",
         _with_outcome(models, result),

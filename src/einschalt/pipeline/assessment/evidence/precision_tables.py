@@ -9,7 +9,12 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError, TableError
-from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
+from einschalt.foundations.frame_columns import (
+    columns_of,
+    joined,
+    values_of,
+    with_columns,
+)
 from einschalt.foundations.names import is_among
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -216,7 +221,7 @@ class PrecisionTables:
         columns = (found.semi_major, found.semi_minor, azimuth, level)
         table = pd.DataFrame({"point_id": self.errors.point_ids})
         table = with_columns(table, **dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
-        return columns_of(self.points, ["point_id", *PLANE]).merge(table, on="point_id")
+        return joined(columns_of(self.points, ["point_id", *PLANE]), table, "point_id")
 
     def _require_errors(self):
         if self.errors is None:

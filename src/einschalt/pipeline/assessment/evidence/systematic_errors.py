@@ -274,7 +274,8 @@ def _covariance(functional, chains, standard_errors):
 
 def _has_suspects(transformation):
     models, residuals = transformation.models, transformation.residuals
-    suspects = residuals.loc[residuals["is_suspect"], KEY[:2]]
+    is_suspect = residuals["is_suspect"].to_numpy(dtype=bool)
+    suspects = {name: residuals[name].array[is_suspect] for name in KEY[:2]}
     return rows_among(models, suspects, KEY[:2])
 
 

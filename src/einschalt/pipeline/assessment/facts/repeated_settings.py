@@ -37,7 +37,8 @@ class RepeatedSettingFacts:
 
 def repeated_setting_facts(examined) -> tuple[RepeatedSettingFacts, ...]:
     """Collect what repeated settings show of every flight."""
-    return tuple(map(_of_flight, examined.repeated_settings.itertuples()))
+    flights = examined.repeated_settings
+    return tuple(map(_of_flight, flights.itertuples())) if len(flights) else ()
 
 
 def _of_flight(flight):

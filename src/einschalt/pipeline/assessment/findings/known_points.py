@@ -258,9 +258,11 @@ def control_under_another_name_of_adjustment(adjusted):
 
 def _under_another_name(examined, table, columns):
     off = _far_off(examined, table[table["is_suspect"].astype(bool)], columns)
+    if not len(off):
+        return None
     points = examined.points
     new = points[points["role"] == "new"].dropna(subset=PLAN)
-    if not len(off) or not len(new):
+    if not len(new):
         return None
     nearest, away = _nearest(values_of(new, PLAN), values_of(off, GIVEN))
     miss = off["miss"].to_numpy()

@@ -255,9 +255,9 @@ def wrong_measuring_errors(examined):
 def settings_that_scatter(examined):
     """Flights whose repeated settings lie farther apart than m_g allows."""
     flights = examined.repeated_settings
-    larger = list(flights[flights["is_larger"]].itertuples())
-    if not larger:
+    if not flights["is_larger"].any():
         return None
+    larger = list(flights[flights["is_larger"]].itertuples())
     return finding(
         "settings_that_scatter",
         names=[flight.flight for flight in larger],

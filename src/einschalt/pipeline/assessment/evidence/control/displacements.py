@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import is_among
+from einschalt.foundations.frame_columns import columns_of, values_of
+from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.pipeline.assessment.evidence.control.suspects import (
     LARGE_SPREAD,
@@ -132,6 +132,8 @@ def moved_by_suspects(examined) -> Displacement:
     suspects -= suspects_by_chance(examined) - examined.suspects
     points = examined.points
     rows = np.flatnonzero(is_among(points["point_id"], suspects))
+    if not len(rows):
+        return NOTHING
     known = _approximations(two_step, suspects)
     if two_step is not examined:  # which has not followed them
         known = _that_agree(known, two_step)
@@ -220,10 +222,10 @@ def _medians(means, names):
     the wrong one.
     """
     used = means.used[is_among(means.used["point_id"], names)]
+    code = encode(used["point_id"]).codes
+    used = used[np.bincount(code)[code] >= LEAST_VALUES]
     axes = [name for name in GROUND_NAMES if name in used]
-    by_point = used.groupby("point_id", sort=False)[axes]
-    median = by_point.median()[(by_point.size() >= LEAST_VALUES).to_numpy()]
-    return median.reset_index()
+    return used.groupby("point_id", sort=False)[axes].median().reset_index()
 
 
 def _beyond_usual(squares, all_squares, low):
@@ -306,8 +308,8 @@ def apart_from(points, others):
     Of several rows of a point in ``others`` the first counts.
     """
     axes = [name for name in GROUND_NAMES if name in points and name in others]
-    there = others.drop_duplicates("point_id").set_index("point_id")[axes]
-    there = there.reindex(points["point_id"]).to_numpy(dtype=float)
+    there = others.drop_duplicates("point_id").set_index("point_id")
+    there = columns_of(there, axes).reindex(points["point_id"]).to_numpy(dtype=float)
     return values_of(points, axes) - there
 
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.batches import segments
 from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
-from einschalt.foundations.names import is_among
+from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.densification.result_tables import HIGH, LOW
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -52,19 +53,19 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     if two_step.high is None:
         return ()
     table = _predictions(two_step.low.residuals)
-    by_point = table.groupby("point_id", sort=False)
-    points = by_point.agg(
+    names = encode(table["point_id"])
+    most = max(1.0, MOST_SHARE * len(names))
+    is_clear = _are_clear(table, names)
+    # further passes have residuals at points that the high flight does not have
+    is_clear &= is_among(names.dictionary, two_step.approximations["point_id"])
+    if not is_clear.any():
+        return ()
+    table = table[is_clear[names.codes]]
+    points = table.groupby("point_id", sort=False).agg(
         n_models=("p_value", "size"),
-        largest=("p_value", "max"),
         smallest=("of_all", "min"),
         **{name: (name, "mean") for name in PLAN},
     )
-    most = max(1.0, MOST_SHARE * len(points))
-    is_clear = (points["largest"] < EACH) & (points["smallest"] < FINDING_SIGNIFICANCE)
-    # further passes have residuals at points that the high flight does not have
-    is_in_both = is_among(points.index, two_step.approximations["point_id"])
-    is_clear &= is_in_both & (points["n_models"] >= FEWEST_MODELS)
-    points = points[is_clear]
     points = points[_are_of_one_target(two_step, table, points)]
     if len(points) > most:
         return ()
@@ -75,6 +76,19 @@ def find_other_targets(two_step) -> tuple[OtherTarget, ...]:
     found = [_target(two_step, point, in_high_flight) for point in points.itertuples()]
     found = [target for target in found if target is not None]
     return tuple(sorted(found, key=lambda target: -target.distance))
+
+
+def _are_clear(table, names):
+    """Points that all models contradict, and one beyond doubt, (n_points,)."""
+    if not len(names):
+        return np.zeros(0, dtype=bool)
+    parts = segments(names.codes, len(names))
+    largest, smallest = (
+        of_points.reduceat(table[name].to_numpy()[parts.order], parts.start[:-1])
+        for of_points, name in ((np.maximum, "p_value"), (np.minimum, "of_all"))
+    )
+    is_clear = (largest < EACH) & (smallest < FINDING_SIGNIFICANCE)
+    return is_clear & (np.diff(parts.start) >= FEWEST_MODELS)
 
 
 def _predictions(residuals):
