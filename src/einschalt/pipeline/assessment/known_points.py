@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import is_among
+from einschalt.foundations.names import is_among, rows_of_names
 from einschalt.pipeline.assessment.credibility import (
     TOTAL,
     larger_column,
@@ -430,13 +430,14 @@ def given_errors(examined, point_ids):
     given = examined.block.control_points
     if given is None or "standard_error_m" not in given:
         return np.zeros(len(point_ids))
-    errors = given.set_index("point_id")["standard_error_m"].astype(float)
-    own = np.nan_to_num(errors.reindex(point_ids).to_numpy())
+    rows = rows_of_names(point_ids, given["point_id"])  # -1, the last, if it is not
+    errors = given["standard_error_m"].to_numpy(dtype=float)
+    own = np.nan_to_num(np.append(errors, np.nan)[rows])
     members = group_members(given)
     if members is None:
         return own
-    is_in_group = pd.Series(members.sum(axis=1), index=given["point_id"].to_numpy())
-    return np.hypot(own, examined.group_error * is_in_group.reindex(point_ids))
+    is_in_group = np.append(members.sum(axis=1), np.nan)[rows]
+    return np.hypot(own, examined.group_error * is_in_group)
 
 
 def _claimed(examined, rows, column):

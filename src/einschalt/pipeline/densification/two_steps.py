@@ -7,6 +7,7 @@ from operator import attrgetter
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.coverage_screening import (
     screen_block,
@@ -144,8 +145,8 @@ class TwoStepSolution(Solution):
         points = self.approximations
         if control is None:
             return points
-        check = control.loc[control["role"] == "check", "point_id"]
-        return points[~points["point_id"].isin(check)]
+        is_check = (control["role"] == "check").to_numpy(dtype=bool)
+        return points[~is_among(points["point_id"], control["point_id"][is_check])]
 
     def first_fit(self, flight: str) -> ModelTransformation:
         """Transformation of a flight, of several passes the first."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.names import encode
+from einschalt.foundations.names import encode, is_among
 from einschalt.stages.error_propagation.covariances import (
     SharedCovariances,
     covariances_of_pairs,
@@ -330,8 +330,8 @@ def places_fitted_onto(block, point_ids):
     control = block.control_points
     if control is None:
         return np.arange(len(point_ids))
-    check = control.loc[control["role"] == "check", "point_id"]
-    return np.flatnonzero(~point_ids.isin(check).to_numpy())
+    is_check = (control["role"] == "check").to_numpy(dtype=bool)
+    return np.flatnonzero(~is_among(point_ids, control["point_id"][is_check]))
 
 
 def assumed_model(result) -> ErrorModel | None:

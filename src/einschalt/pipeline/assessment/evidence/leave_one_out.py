@@ -16,7 +16,7 @@ import pandas as pd
 from scipy import sparse
 from scipy.special import ndtr  # scipy.stats takes a second to import
 
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import values_of, with_columns
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.stages.error_propagation.error_model import (
@@ -130,7 +130,8 @@ def left_out_table(left_out, significance):
     )
     family = np.array([0, len(p_value)])
     table = pd.DataFrame({"point_id": left_out.point_ids})
-    table = table.assign(
+    table = with_columns(
+        table,
         **dict(zip(COLUMNS, columns, strict=True)),
         is_suspect=is_rejected_by_holm(p_value, family, significance),
     )
