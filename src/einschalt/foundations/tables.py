@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import cell_values
+from einschalt.foundations import cell_values, names_as_numbers
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.frame_columns import names_not_in
@@ -406,6 +406,13 @@ def _check_key(table, source, schema):
     firsts = np.flatnonzero(~is_doubled)
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
+    def remedy_of(place):
+        name = _cell(frame, "point_id", place) or ""
+        may_be_two = names_as_numbers.is_of_workbook(
+            source
+        ) and names_as_numbers.is_decimal(name)
+        return names_as_numbers.REMEDY_OF_TWO if may_be_two else remedy
+
     remedy = DOUBLED
     if SETTING in schema.key and SETTING not in key:
         remedy = f"{remedy}; or number repeated settings in a column '{SETTING}'"
@@ -414,7 +421,7 @@ def _check_key(table, source, schema):
         return TableError(
             f"the row repeats row {_label(frame, first_of[codes[place]])}",
             expected=f"each {' + '.join(key)} once",
-            remedy=remedy,
+            remedy=remedy_of(place),
             file=source,
             **row_location(frame, place),
         )

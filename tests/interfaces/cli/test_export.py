@@ -60,3 +60,17 @@ def test_three_files_of_an_office_become_a_drawing_in_three_commands(
     plane = ["easting", "northing"]
     # no digit is lost on the way
     np.testing.assert_allclose(drawn[plane], points[plane], rtol=0, atol=1e-8)
+
+
+def test_folders_of_the_files_are_made_as_convert_makes_them(
+    invoke, block_folder, tmp_path
+):
+    made = invoke("densify", block_folder, "--output", tmp_path / "out", "--quiet")
+    assert made.exit_code == 0, made.output
+    to = tmp_path / "for" / "cad" / "p.dxf", tmp_path / "for" / "p.csv"
+    shown = invoke("export", tmp_path / "out", "--to", *to)
+    assert shown.exit_code == 0, shown.output
+    assert all(path.is_file() for path in to)
+    refused = invoke("export", tmp_path / "out", "--to", to[1] / "p.dxf")
+    assert refused.exit_code == 2
+    assert "Choose another folder" in refused.stderr

@@ -424,12 +424,24 @@ def test_the_tolerance_comes_back(demo_block, tmp_path, tolerance):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("grids", "nowhere"), ("crs_operation", "EPSG:1619"), ("crs_epoch", 2020.0)],
+    [("grids", "mine"), ("crs_operation", "EPSG:1619"), ("crs_epoch", 2020.0)],
 )
 def test_a_way_that_no_points_take_is_told(tmp_path, name, value):
     write_block(simulate_block("demo"), tmp_path)
+    (tmp_path / "mine").mkdir()
     (note,) = read_block(tmp_path, {name: value}).notes
     assert note.startswith(f"{name} = {value} is not used: no points come from another")
     assert read_block(tmp_path, {"crs_accuracy_m": 1.0}).notes == ()
     to_other = {"output_crs": "EPSG:31256", name: value}
     assert read_block(tmp_path, to_other).notes == ()
+
+
+@pytest.mark.parametrize("name", ["nowhere", "block.toml"])
+@pytest.mark.parametrize("more", [{}, {"output_crs": "EPSG:31256"}])
+def test_grids_that_are_not_there_are_refused_also_where_none_is_needed(
+    tmp_path, name, more
+):
+    write_block(simulate_block("demo"), tmp_path)
+    (problem,) = find_problems(tmp_path, {"grids": name, **more}).problems
+    assert problem.found == f"[settings] grids = {name!r} is no folder"
+    assert problem.remedy == "Correct the path"

@@ -627,6 +627,55 @@ def test_hidden_rows_are_read_and_said(tmp_path):
     assert said in understand_table(path, CONTROL_POINTS).notes
 
 
+def test_hidden_columns_are_read_and_said(tmp_path):
+    path = tmp_path / "t.xlsx"
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet("Punkte")
+        for k, row in enumerate([["Nr", "Ost", "Nord", "Notiz"], ["A", 1, 2, "x"]]):
+            sheet.write_row(k, 0, row)
+        sheet.set_column(1, 1, None, None, {"hidden": True})
+        sheet.set_column(3, 5, None, None, {"hidden": True})  # of no table
+    table = understand_table(path, CONTROL_POINTS)
+    said = "t.xlsx, sheet Punkte: hidden columns are read as well: 'Ost'"
+    assert (said in table.notes, table.frame["easting"].tolist()) == (True, ["1"])
+    path = tmp_path / "t.ods"
+    write_workbook(POINTS, path)
+    assert not any("hidden" in n for n in understand_table(path, CONTROL_POINTS).notes)
+    columns = (
+        rb'<table:table-column/><table:table-column table:visibility="collapse" '
+        rb'table:number-columns-repeated="1"/>'
+    )
+    first = re.compile(rb"(<table:table [^<>]*>)")
+    changed_workbook(path, lambda d: first.sub(rb"\1" + columns, d), "content.xml")
+    notes = understand_table(path, CONTROL_POINTS).notes
+    assert any("t.ods, sheet Punkte: hidden columns are read" in n for n in notes)
+
+
+def test_what_stands_below_an_empty_row_is_said(tmp_path):
+    path = tmp_path / "t.xlsx"
+    rows = [["Nr", "Ost", "Nord"], ["A", 1, 2], [], [], ["B", 3, 4], [], ["C", 5, 6]]
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet("Punkte")
+        for k, row in enumerate(rows):
+            sheet.write_row(k, 0, row)
+    table = understand_table(path, CONTROL_POINTS)
+    said = "t.xlsx, sheet Punkte: what stands below the empty row 3 is read as well"
+    assert (said in table.notes, len(table.frame)) == (True, 3)
+
+
+def test_names_that_a_spreadsheet_has_made_one_are_told_with_the_remedy(tmp_path):
+    path = tmp_path / "t.xlsx"
+    points = pd.DataFrame({"Nr": [1.1, 1.2, 1.1], "Ost": [1.0, 2, 3], "Nord": 4.0})
+    write_workbook(points, path)
+    frame = understand_table(path, CONTROL_POINTS).frame
+    (problem,) = check_table(frame, CONTROL_POINTS, source="t.xlsx").problems
+    assert problem.found == "the row repeats row 2"
+    assert problem.remedy.startswith("If one of the two was 1.10, of which a spreadsh")
+    # of a text both rows have what was typed
+    (problem,) = check_table(frame, CONTROL_POINTS, source="t.csv").problems
+    assert problem.remedy == "Delete one of the two, or rename it"
+
+
 def test_texts_with_commas_of_two_meanings_beside_numbers_of_cells(tmp_path):
     """Each number of a cell has a point, which says nothing of texts."""
     path = tmp_path / "t.xlsx"

@@ -366,6 +366,29 @@ def test_numbers_parted_otherwise_are_other_points():
     assert note.endswith("take no part: 1-12")
 
 
+@pytest.mark.parametrize(
+    ("file", "names", "n_told"),
+    [
+        ("t.xlsx", ["1.1", "1.2"], 1),
+        ("t.csv", ["1.1", "1.2"], 0),  # which keeps what was typed
+        ("t.xlsx", ["1.1", "1.10"], 0),  # both are known
+        ("t.xlsx", ["1.2"], 0),  # the flight alone has two
+    ],
+)
+def test_a_name_of_which_a_spreadsheet_may_have_made_another_is_told(
+    file, names, n_told
+):
+    measured = np.array(["1.1", "1.2", "1.10", "P1.20"])
+    listed, is_lost = (
+        pd.DataFrame({"point_id": names}),
+        np.zeros(len(names), dtype=bool),
+    )
+    given = "control_points", file, "high_flight"
+    errors, notes = points_in_no_model(listed, is_lost, measured, given)
+    assert (errors, len(notes)) == ([], n_told)
+    assert all("point 1.1 may be 1.10, which the high flight" in n for n in notes)
+
+
 def test_models_whose_photographs_have_no_point_in_common(demo_block):
     flight = image_block(demo_block)
     flight.image_points.loc[8:, "point_id"] = list(demo_block.truth["point_id"][4:8])

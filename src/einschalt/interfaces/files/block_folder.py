@@ -151,6 +151,10 @@ class _Reading:
         sections = self.toml.sections
         block, approximate = map(sections.get, ("block", "approximate_points"))
         self.crs = block.crs if block else None
+        # a wrong path is told where no point needs a grid yet, too
+        self.grids = self._said(
+            "settings", "grids", lambda: grid_folder(self.toml.settings, self.folder)
+        )
         points = {name: self._points(name) for name in POINT_TABLES}
         if not (self.axes_told or self.toml.problems or self.toml.settings.output_crs):
             self.notes += notes_of_unused(self.toml.settings)
@@ -334,7 +338,7 @@ class _Reading:
 
     def _in_crs_of_block(self, frame, checked, own, name):
         problems, _ = own_axis_problems(checked, own, self.sources[name])
-        if problems:
+        if problems or ("settings", "grids") in self.toml.said:
             self.toml.said.add((name, "file"))
             self.toml.problems += problems
             return None
@@ -348,11 +352,11 @@ class _Reading:
         m_0_m = getattr(self.toml.sections[name], "m_0_m", None)
         error = frame.get("standard_error_m", m_0_m)
         error = standard_errors_of(checked, error)
-        demand, grids = demand_of(settings, error), grid_folder(settings, self.folder)
-        systems = own, read_crs(self.crs)
-        files = self._grids(grids_between(*systems, grids))
+        demand, systems = demand_of(settings, error), (own, read_crs(self.crs))
+        files = self._grids(grids_between(*systems, self.grids))
+        how = {"grids": self.grids, "source": source}
         try:
-            done = bring(frame, checked, systems, demand, grids=grids, source=source)
+            done = bring(frame, checked, systems, demand, **how)
         except EinschaltError as error:
             raise error.with_facts(file=source) from error
         finally:

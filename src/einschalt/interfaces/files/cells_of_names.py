@@ -43,6 +43,10 @@ CELLS = (
 HIDDEN_ROW = re.compile(
     rb"""<row(?=[^<>]*\shidden=["'](?:1|true))[^<>]*?\sr=["'](\d+)"""
 )
+HIDDEN_COLUMN = re.compile(
+    rb"""<col(?=[^<>]*\shidden=["'](?:1|true))(?=[^<>]*\smin=["'](\d+))"""
+    rb"""(?=[^<>]*\smax=["'](\d+))"""
+)
 MOST_REPEATED = 1000
 OF_TEXT = ("s", "str", "inlineStr", "e")
 
@@ -81,6 +85,28 @@ def hidden_rows(data, sheet):
         return set(_hidden_of_ods(text, sheet)) if is_any else set()
 
 
+def hidden_columns(data, sheet):
+    """Positions, from 0, of the columns that a spreadsheet does not show."""
+    with zipfile.ZipFile(io.BytesIO(data)) as book:
+        if WORKBOOK in book.namelist():
+            text = _sheet_of_xlsx(book, sheet) or b""
+            pairs = [(int(a) - 1, int(b)) for a, b in HIDDEN_COLUMN.findall(text)]
+            return {k for a, b in pairs for k in range(a, min(b, MOST_REPEATED))}
+        text = book.read(ODS)
+        is_any = b"table:visibility" in text
+        return set(_hidden_columns_of_ods(text, sheet)) if is_any else set()
+
+
+def _hidden_columns_of_ods(text, sheet):
+    own, place = _table_of_ods(text, sheet), 0
+    for one in own.iter() if own is not None else ():
+        if _is(one, "table-column"):
+            n_columns = int(_attribute(one, "number-columns-repeated") or 1)
+            if _attribute(one, "visibility") in ("collapse", "filter"):
+                yield from range(place, place + min(n_columns, MOST_REPEATED))
+            place += n_columns
+
+
 def _hidden_of_ods(text, sheet):
     for row, one in _rows_of_ods(text, sheet):
         if _attribute(one, "visibility") in ("collapse", "filter"):
@@ -89,20 +115,21 @@ def _hidden_of_ods(text, sheet):
 
 
 def _rows_of_ods(text, sheet):
-    """Rows of a sheet, with the number of the first that each stands for.
-
-    A ValueError where it is damaged.
-    """
-    try:
-        tables = ET.fromstring(text).findall(".//{*}table")
-    except ET.ParseError as error:
-        raise ValueError from error
-    own = next((t for t in tables if _attribute(t, "name") == sheet), None)
-    row = 1
+    """Rows of a sheet, with the number of the first that each stands for."""
+    own, row = _table_of_ods(text, sheet), 1
     for one in own.iter() if own is not None else ():
         if _is(one, "table-row"):
             yield row, one
             row += int(_attribute(one, "number-rows-repeated") or 1)
+
+
+def _table_of_ods(text, sheet):
+    """The sheet of a name, or None; a ValueError where it is damaged."""
+    try:
+        tables = ET.fromstring(text).findall(".//{*}table")
+    except ET.ParseError as error:
+        raise ValueError from error
+    return next((t for t in tables if _attribute(t, "name") == sheet), None)
 
 
 def _sheet_of_xlsx(book, sheet):

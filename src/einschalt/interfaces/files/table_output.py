@@ -8,6 +8,7 @@ from pathlib import Path
 from einschalt.foundations.errors import OutputError
 from einschalt.interfaces.files.atomic import (
     hidden_name,
+    make_folder,
     remove_leftovers,
     require_writable,
     said_as_file_error,
@@ -57,14 +58,19 @@ def write_tables_of(output, folder, write):
 
 def require_file_place(path):
     """Refuse a file that cannot be made, before the work for it is done."""
-    require_writable(Path(path).parent, file=path)
+    folder = Path(path).parent
+    # as a folder for results, that of a file is made where it is not there
+    require_writable(folder, file=path if os.path.lexists(folder) else None)
 
 
 def write_file(path, output, write):
-    """Write a single file; an older one stays, unless it is equal or given up."""
+    """Write a single file; an older one stays, unless it is equal or given up.
+
+    Its folder is made where there is none.
+    """
     path = Path(path)
-    folder = Path(os.path.realpath(path.parent))
     refuse_input(path, output)
+    folder = Path(os.path.realpath(make_folder(path.parent)))
     staging = folder / hidden_name("new")
     with said_as_file_error(path):
         remove_leftovers(folder)

@@ -25,7 +25,12 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files import workbook_sizes
-from einschalt.interfaces.files.cells_of_names import WORKBOOK, hidden_rows, no_texts
+from einschalt.interfaces.files.cells_of_names import (
+    WORKBOOK,
+    hidden_columns,
+    hidden_rows,
+    no_texts,
+)
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
@@ -76,16 +81,22 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     columns = np.flatnonzero(is_used)
     frame = values.iloc[:, columns]
     frame = frame[(frame != "").any(axis=1)]
+    notes += [] if n_beside else _note_on_gap(frame.index, f"{source}, sheet {sheet}")
     given = [n or f"(column {k + 1})" for k, n in enumerate(names) if is_used[k]]
     meant = meant_header(given, schema, said, source, row)
     frame.columns = list(meant.names)
     frame = _with_values(frame, schema, f"{source}, sheet {sheet}")
-    where = {n: int(columns[k]) for k, n in enumerate(meant.names)}
-    where = {n: k for n, k in where.items() if n in schema.id_names}
+    places = {n: int(columns[k]) for k, n in enumerate(meant.names)}
+    where = {n: k for n, k in places.items() if n in schema.id_names}
     held = _no_texts(data, sheet, where, source)
     frame, more = whole_names(frame, where, held, f"{source}, sheet {sheet}")
     notes += more
-    notes += _notes_on_hidden(data, sheet, frame.index, source)
+    read = {
+        k: given[place]
+        for place, k in enumerate(columns.tolist())
+        if meant.names[place] in schema.names
+    }
+    notes += _notes_on_hidden(data, sheet, frame.index, read, source)
     table = understood(frame, schema, said, meant, source, is_of_cells=True)
     return replace(table, notes=(*notes, *table.notes), n_beside=n_beside)
 
@@ -159,17 +170,33 @@ def _sheet(path, schema, said, source):
     return sheets[sheet], sheet, notes, data
 
 
-def _notes_on_hidden(data, sheet, rows, source):
-    """Say which of the rows that are read a spreadsheet does not show."""
+def _note_on_gap(rows, where):
+    """Say where a table goes on below an empty row: it may be another one."""
+    gaps = np.flatnonzero(np.diff(rows.to_numpy()) > 1)
+    if not len(gaps):
+        return []
+    row = int(rows[gaps[0]]) + 1
+    return [f"{where}: what stands below the empty row {row} is read as well"]
+
+
+def _notes_on_hidden(data, sheet, rows, columns, source):
+    """Say which of the rows and columns that are read a spreadsheet does not show.
+
+    ``columns``: names as they stand in the sheet, by their positions.
+    """
     try:
         hidden = [row for row in sorted(hidden_rows(data, sheet)) if row in rows]
+        unseen = sorted(hidden_columns(data, sheet).intersection(columns))
     except DAMAGES as error:
         raise _damaged(source) from error
-    if not hidden:
-        return []
-    return [
-        f"{source}, sheet {sheet}: hidden rows are read as well: {name_some(hidden)}"
-    ]
+    notes, some, named = [], name_some(hidden), [repr(columns[k]) for k in unseen]
+    if hidden:
+        notes.append(f"{source}, sheet {sheet}: hidden rows are read as well: {some}")
+    some = name_some(named)
+    if unseen:
+        note = f"{source}, sheet {sheet}: hidden columns are read as well: {some}"
+        notes.append(note)
+    return notes
 
 
 def _no_texts(data, sheet, where, source):

@@ -11,6 +11,7 @@ import numpy as np
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.header_units import METRES_PER_LENGTH
 from einschalt.foundations.names import is_among
+from einschalt.foundations.names_as_numbers import REMEDY, lacks_zeros
 from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.pipeline.block.facts import RANGES
 
@@ -185,9 +186,12 @@ def _require_alike(one, other):
 
 def _written_otherwise(one, other, pair):
     written = told_apart(*pair)
+    remedy = "Write them alike, or export one of the files anew"
+    if lacks_zeros(*pair) or lacks_zeros(*pair[::-1]):
+        remedy = REMEDY
     return TableError(
         f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
         "they share no name",
         expected="the same names in both",
-        remedy="Write them alike, or export one of the files anew",
+        remedy=remedy,
     )

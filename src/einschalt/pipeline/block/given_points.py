@@ -15,6 +15,7 @@ from einschalt.foundations.errors import ConsistencyError, TableError, name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode, is_among
+from einschalt.foundations.names_as_numbers import is_of_workbook, number_made_of
 from einschalt.foundations.near_words import (
     looks_the_same,
     names_meant,
@@ -206,7 +207,7 @@ def points_in_no_model(frame, is_lost, measured, given):
             **tables.row_location(frame, place),
         )
 
-    notes, is_wrong = [], is_lost
+    notes, is_wrong = _lost_zeros(names, measured, file, flight), is_lost
     if not is_lost.all():
         is_wrong = is_lost & names.isin(list(meant)).to_numpy()
         lost = names[is_lost & ~is_wrong]
@@ -217,6 +218,27 @@ def points_in_no_model(frame, is_lost, measured, given):
             )
     rest = f"no model of the {flight} holds the points"
     return tables.listed(np.flatnonzero(is_wrong), problem, rest), notes
+
+
+def _lost_zeros(names, measured, file, flight):
+    """Note names of a workbook that fit, and others of which a number was made too.
+
+    A flight with 1.1 and 1.10, and control 1.1, which the second may be.
+    """
+    if not is_of_workbook(file):
+        return []
+    measured, known = [*dict.fromkeys(map(str, measured))], {*names}
+    ending = [name for name in measured if number_made_of(name) != name]
+    both = known.intersection(measured)
+    doubtful = [n for n in ending if n not in known and number_made_of(n) in both]
+    if not doubtful:
+        return []
+    one, made = doubtful[0], number_made_of(doubtful[0])
+    note = (
+        f"{file}: point {made} may be {one}, which the {flight} holds as well: a "
+        "spreadsheet makes one number of both; give names the format Text"
+    )
+    return [note]
 
 
 def _meant(names, is_lost, measured):

@@ -1,8 +1,6 @@
 """What ``einschalt plan`` does; its tables take neither pandas nor numba along."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import typer
 
@@ -124,8 +122,7 @@ def _place(options):
     output, figure = options["output"], options["figure"]
     if figure is not None:
         require_figure_suffix(figure)
-        if not _is_in_new_folder(figure, output):
-            require_file_place(figure)
+        require_file_place(figure)
     if output is not None and _is_file(output):
         require_written_suffix(output)
         require_file_place(output)
@@ -133,13 +130,6 @@ def _place(options):
         require_free(output, place)
         require_writable(output)
     return place
-
-
-def _is_in_new_folder(figure, output):
-    """Whether a figure stands in the folder that is made for the output."""
-    if output is None or _is_file(output):
-        return False
-    return os.path.realpath(Path(figure).parent) == os.path.realpath(output)
 
 
 def _is_file(output):
