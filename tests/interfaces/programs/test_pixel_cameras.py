@@ -157,10 +157,11 @@ WRONG_CAMERAS = [
     (BROWN | {"width": 0}, "the size of camera c is 0 x 3000"),
     ({"width": 1, "of": "projection_type"}, "is no reconstruction"),
     (BROWN | {"projection_type": "fisheye"}, "of the kind fisheye: its calibration"),
+    (BROWN | {"k4": 0.1, "k6": 1}, "camera c of the kind brown has a term k4 and k6"),
 ]
 
 
-@pytest.mark.parametrize(("camera", "said"), WRONG_CAMERAS, ids=range(5))
+@pytest.mark.parametrize(("camera", "said"), WRONG_CAMERAS, ids=range(6))
 def test_wrong_cameras_of_opensfm_are_refused(tmp_path, camera, said):
     with pytest.raises(EinschaltError, match=said):
         opensfm_with(tmp_path, {"c": camera})

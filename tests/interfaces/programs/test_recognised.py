@@ -303,7 +303,8 @@ def test_a_calibration_saved_alone_is_a_camera(tmp_path):
     ("old", "new", "said"),
     [
         ("frame", "fisheye", "sensor FC6310 is a fisheye camera"),
-        ("<k1>", "<p3>0.5</p3><k1>", "sensor FC6310 has p3 or p4"),
+        ("<k1>", "<p3>0.5</p3><k1>", "sensor FC6310 has a term p3:"),
+        ("<k1>", "<k5>1</k5><p4>1</p4><k1>", "sensor FC6310 has a term k5 and p4:"),
     ],
 )
 def test_a_camera_that_none_here_is_costs_no_measurement(tmp_path, old, new, said):
@@ -321,6 +322,19 @@ def test_a_camera_that_none_here_is_costs_no_measurement(tmp_path, old, new, sai
     file.write_text(re.sub("<transform>.*</transform>", "", text))
     with pytest.raises(EinschaltError, match=f"{said}.*export undistorted images"):
         read_foreign(file)
+
+
+def test_cameras_of_a_rig_that_stand_with_their_master_are_said(tmp_path):
+    text = MORE["cameras.xml"]
+    slave = '<camera id="7" sensor_id="0" master_id="0" label="DJI_0001_2.TIF"/>'
+    (tmp_path / "cameras.xml").write_text(
+        text.replace("</cameras>", f"{slave}</cameras>")
+    )
+    found = read_foreign(tmp_path / "cameras.xml")
+    assert any(
+        "none of their own; left out: DJI_0001_2.TIF" in note for note in found.notes
+    )
+    assert "DJI_0001_2.TIF" not in found.tables["orientations"]["image_id"].tolist()
 
 
 def test_orientations_of_several_components_are_said(tmp_path):

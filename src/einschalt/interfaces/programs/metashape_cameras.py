@@ -12,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 
-from einschalt.foundations.errors import FileError
+from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files import metashape_markers
 from einschalt.interfaces.files.damaged_files import damaged
@@ -26,7 +26,7 @@ from einschalt.interfaces.programs.foreign import (
 EXPECTED = "cameras as Metashape exports them: sensors with calibrations"
 KEYS = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
 OLDER = ("fx", "fy", "skew")
-UNKNOWN = ("p3", "p4")  # of no camera of the project
+UNKNOWN = ("k5", "k6", "p3", "p4")  # of no camera of the project
 # a camera of the project looks along -z with y up, one of Metashape along z
 TURNED = np.diag([1.0, -1.0, -1.0])
 
@@ -101,9 +101,11 @@ def _unusable(calibration, name):
     kind = calibration.get("type") or text_of(calibration, "projection") or "frame"
     if kind != "frame":
         return f"sensor {name} is a {kind} camera: its calibration is left out"
-    more = [key for key in UNKNOWN if text_of(calibration, key)]
-    if any(not is_finite(w) or float(w) for w in map(calibration.findtext, more)):
-        return f"sensor {name} has p3 or p4: its calibration is left out"
+    words = {key: text_of(calibration, key) for key in UNKNOWN}
+    more = [k for k, w in words.items() if w and (not is_finite(w) or float(w))]
+    if more:
+        terms = " and ".join(more)
+        return f"sensor {name} has a term {terms}: its calibration is left out"
     return ""
 
 
@@ -155,6 +157,7 @@ def _orientations(root, source):
     """Orientations of the cameras that are aligned, None where there is none; notes."""
     cameras = list(each(root, "camera"))
     called, notes = metashape_markers.images_of(cameras, source)
+    notes += _note_on_slaves(cameras, source)
     names, matrices, components = [], [], set()
     for camera, label in zip(cameras, called, strict=True):
         name = label or camera.get("id")
@@ -179,3 +182,16 @@ def _orientations(root, source):
         notes.append(f"{source}: {n} components, each with a frame of its own")
     angles = angles_from_rotation(TURNED @ turn)
     return orientations(names, matrices[:, :3, 3], angles), notes
+
+
+def _note_on_slaves(cameras, source):
+    """Name the cameras of a rig that are placed by their master alone."""
+    slaves = [c for c in cameras if c.get("master_id") and not text_of(c, "transform")]
+    if not slaves:
+        return []
+    named = name_some([c.get("label") or c.get("id") for c in slaves])
+    note = (
+        f"{source}: cameras of a rig have the orientation of their master, and none of "
+        f"their own; left out: {named}"
+    )
+    return [note]

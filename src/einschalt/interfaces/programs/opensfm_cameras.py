@@ -26,6 +26,11 @@ KINDS = {
     "radial": (("focal_x", "focal_y"), ("k1", "k2", "", "", "")),
     "brown": (("focal_x", "focal_y"), ("k1", "k2", "p1", "p2", "k3")),
 }
+# what a camera may have that is no part of its kind: all of them distort
+TERMS = (
+    *("k1", "k2", "k3", "k4", "k5", "k6"),
+    *("p1", "p2", "p3", "p4", "s0", "s1", "s2", "s3"),
+)
 # the camera of photogrammetry looks along -z with y up, that of OpenSfM along z
 TURNED = np.diag([1.0, -1.0, -1.0])
 
@@ -72,6 +77,14 @@ def _add_cameras(cameras, keys, unusable, source):
         if kind not in KINDS:
             unusable[name] = (
                 f"camera {name} is of the kind {kind}: its calibration is left out"
+            )
+            continue
+        known = KINDS[kind][1]
+        more = [t for t in TERMS if t not in known and camera.get(t, 0.0) != 0.0]
+        if more:
+            unusable[name] = (
+                f"camera {name} of the kind {kind} has a term {' and '.join(more)}: "
+                "its calibration is left out"
             )
             continue
         keys[name] = _keys(camera, KINDS[kind], f"camera {name}", source)
