@@ -331,9 +331,8 @@ def test_cameras_of_a_rig_that_stand_with_their_master_are_said(tmp_path):
         text.replace("</cameras>", f"{slave}</cameras>")
     )
     found = read_foreign(tmp_path / "cameras.xml")
-    assert any(
-        "none of their own; left out: DJI_0001_2.TIF" in note for note in found.notes
-    )
+    said = "none of their own; left out: DJI_0001_2.TIF"
+    assert any(said in note for note in found.notes)
     assert "DJI_0001_2.TIF" not in found.tables["orientations"]["image_id"].tolist()
 
 

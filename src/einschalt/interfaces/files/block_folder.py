@@ -37,6 +37,7 @@ from einschalt.interfaces.files.block_toml import (
 )
 from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.cut_files import note_on_last_model
+from einschalt.interfaces.files.flights_apart import require_one_flight
 from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import (
     companions,
@@ -228,6 +229,7 @@ class _Reading:
             known = {"source": source, "beside": beside}
             found = self.readers.table(file, schema, said, **known)
             elsewhere.require_some_column(file.path, self.folder, found.frame, schema)
+            require_one_flight(found.frame, schema, source)
             return found
 
         done = self._said(section, key, lambda: self._file(source, section, key, read))

@@ -18,6 +18,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.language import mark_each, translated
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
+from einschalt.interfaces.files.flights_apart import require_one_flight
 from einschalt.interfaces.files.input_files import (
     companions,
     is_there,
@@ -276,6 +277,7 @@ def _parts(file, said):
 def _looked(file, kind, table, said):
     """The table, checked."""
     fit = fitting_schema(kind, table, said)
+    require_one_flight(table.frame, fit, file.source)
     checked = tables.check_table(table.frame, fit, source=file.source)
     left_out = names_not_in(table.frame, fit.names)
     raise_problems(_said_of_guess(kind, checked.problems, left_out))
