@@ -24,6 +24,12 @@ def is_of_workbook(file):
     return PurePath(str(file)).suffix.lower() in WORKBOOKS
 
 
+def remedy_of_two(name, file):
+    """Remedy of two rows of one name, where a spreadsheet may have made them alike."""
+    is_likely = is_of_workbook(file) and is_decimal(name or "")
+    return REMEDY_OF_TWO if is_likely else None
+
+
 def is_decimal(name):
     """Whether a name is a number with decimals.
 

@@ -11,13 +11,14 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import cell_values, names_as_numbers
+from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.key_columns import SeenNames, row_codes
 from einschalt.foundations.missing_columns import columns_in_the_index, missing_column
 from einschalt.foundations.names import CodedColumns
+from einschalt.foundations.names_as_numbers import remedy_of_two
 from einschalt.foundations.number_parsing import MEND, MEND_OR_NONE
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
@@ -406,22 +407,18 @@ def _check_key(table, source, schema):
     firsts = np.flatnonzero(~is_doubled)
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
-    def remedy_of(place):
-        name = _cell(frame, "point_id", place) or ""
-        may_be_two = names_as_numbers.is_of_workbook(
-            source
-        ) and names_as_numbers.is_decimal(name)
-        return names_as_numbers.REMEDY_OF_TWO if may_be_two else remedy
-
     remedy = DOUBLED
     if SETTING in schema.key and SETTING not in key:
-        remedy = f"{remedy}; or number repeated settings in a column '{SETTING}'"
+        remedy = (
+            f"{remedy}; or number repeated settings in a column '{SETTING}', and give "
+            "each flight a file of its own"
+        )
 
     def problem(place):
         return TableError(
             f"the row repeats row {_label(frame, first_of[codes[place]])}",
             expected=f"each {' + '.join(key)} once",
-            remedy=remedy_of(place),
+            remedy=remedy_of_two(_cell(frame, "point_id", place), source) or remedy,
             file=source,
             **row_location(frame, place),
         )

@@ -517,3 +517,13 @@ def test_comments_that_name_other_columns_are_no_header(tmp_path, comment):
     said = Said(crs="EPSG:27561")
     frame = understand_csv(tmp_path / "c.txt", CONTROL_POINTS, said).frame
     assert "easting" not in frame
+
+
+def test_the_title_of_another_table_is_told(tmp_path):
+    text = (
+        "model_id,point_id,x,y\n1,A,2,3\nTiefflug,,\nmodel_id,point_id,x,y\n1,A,2,3\n"
+    )
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(EinschaltError, match="row 3: the row has 3 values") as told:
+        understand_csv(tmp_path / "t.csv", MODEL_POINTS)
+    assert "into a file of its own if it is the title of another" in str(told.value)

@@ -659,3 +659,14 @@ def test_formats_of_ones_own_are_read_by_suffix_or_name(tmp_path, monkeypatch):
         assert len(read_foreign(path, name).tables["control_points"]) == 1
     with pytest.raises(EinschaltError, match="format 'abd' is unknown"):
         read_foreign(tmp_path / "a.abc", "abd")
+
+
+def test_two_tables_of_photomodeler_in_one_file_are_to_be_parted(tmp_path):
+    marks = "Object Point ID,Photo #,X (pixels),Y (pixels)\n1,1,10.5,20.5\n"
+    file = tmp_path / "marks.txt"
+    file.write_text(marks)
+    assert len(read_foreign(file).tables["image_points"]) == 1
+    file.write_text(f"{marks}\n{marks}")
+    with pytest.raises(EinschaltError, match=r"row 4: .* another table begins") as told:
+        read_foreign(file)
+    assert "into a file of their own" in str(told.value)

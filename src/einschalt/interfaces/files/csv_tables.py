@@ -226,7 +226,12 @@ class _Rows:
             "Part the values as the header does, and leave none out; delete the row "
             "if it is a remark"
         )
-        if self.header.is_by_blanks and n_values > n_columns:
+        if sum(map(bool, row)) == 1 < n_columns - 1:
+            remedy = (
+                "Delete the row if it is a remark; put what follows into a file of its "
+                "own if it is the title of another table"
+            )
+        elif self.header.is_by_blanks and n_values > n_columns:
             remedy = "Write names without blanks, or part the columns by tabs"
         elif self.header.is_by_blanks:
             remedy = (

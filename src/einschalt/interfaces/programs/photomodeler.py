@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
@@ -75,6 +76,14 @@ def _table(file):
         if head is None:
             is_head = line.startswith((MARKS, POINTS))
             head = cells_of(line, file.source, row) if is_head else None
+        elif line.startswith((MARKS, POINTS)):
+            raise FileError(
+                "the names of columns stand here once more: another table begins",
+                expected="one table of points or of marks",
+                remedy="Put the rows from here on into a file of their own",
+                file=file.source,
+                row=row,
+            )
         elif line.strip():
             words = [word.strip() for word in cells_of(line, file.source, row)]
             rows.append(Line(row, words, line))
