@@ -1,8 +1,10 @@
 """Columns that a table lacks: what is there in their place, and how to mend it."""
 
-from einschalt.foundations.column_words import in_other_unit
+from einschalt.foundations.column_words import COLUMN_WORDS, folded, in_other_unit
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.near_words import nearest
+
+ANGLES = {"easting": "longitude", "northing": "latitude"}
 
 
 def columns_in_the_index(missing, names, schema, source):
@@ -31,6 +33,15 @@ def missing_column(name, names, schema, source, header):
             file=source,
             row=header,
         )
+    if _are_angles(names, ANGLES.get(name)):
+        return TableError(
+            f"column '{name}' is missing, found longitudes and latitudes",
+            expected="metres, or the system of these degrees",
+            remedy='Say crs = "EPSG:4326", or the system of the receiver, in the '
+            "section of these points",
+            file=source,
+            row=header,
+        )
     near = nearest(name, [n for n in names if n not in schema.names])
     mend = f"Rename '{near}' to '{name}'" if near else f"Add it as '{name}'"
     return TableError(
@@ -40,3 +51,10 @@ def missing_column(name, names, schema, source, header):
         file=source,
         row=header,
     )
+
+
+def _are_angles(names, angle):
+    """Whether both angles stand in a table, one of them in place of a length."""
+    words = {folded(name) for name in names}
+    both = [words & {w for n, w in COLUMN_WORDS if n == a} for a in ANGLES.values()]
+    return angle is not None and all(both)

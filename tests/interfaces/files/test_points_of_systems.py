@@ -186,6 +186,34 @@ def test_points_of_another_country_are_refused_with_both_systems(small_block):
     assert "outside the area of MGI / Austria GK Central (EPSG:31255)" in problem.found
 
 
+@pytest.mark.parametrize("is_exchanged", [False, True])
+def test_longitudes_and_latitudes_that_are_exchanged_are_told(
+    small_block, is_exchanged
+):
+    settings = "crs_accuracy_m = 2.0"
+    moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:4326", settings=settings)
+    if not is_exchanged:
+        assert find_problems(small_block.path).problems == ()
+        return
+    head, rest = small_block.read(CONTROL).split("\n", 1)
+    names = {"longitude": "latitude", "latitude": "longitude"}
+    head = ",".join(names.get(name, name) for name in head.split(","))
+    small_block.write(CONTROL, f"{head}\n{rest}")
+    (problem,) = find_problems(small_block.path).problems
+    assert "WGS 84 (EPSG:4326) puts the points at longitude 47." in problem.found
+    assert problem.remedy.startswith("Exchanged they lie in it: call the columns")
+
+
+def test_degrees_without_a_system_are_told_as_such(small_block):
+    moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:4326")
+    small_block.replace("block.toml", 'crs = "EPSG:4326"', "")
+    one, other = find_problems(small_block.path).problems
+    said = "is missing, found longitudes and latitudes"
+    names = "easting", "northing"
+    assert [one.found, other.found] == [f"column '{name}' {said}" for name in names]
+    assert one.remedy.startswith('Say crs = "EPSG:4326", or the system of the receiver')
+
+
 def test_the_wrong_zone_of_the_points_is_named_with_the_likely_one(small_block):
     moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:25833")
     small_block.replace("block.toml", '"EPSG:25833"', '"EPSG:25831"')
@@ -308,7 +336,9 @@ def test_angles_are_told_by_their_unit(own, size, said, mend):
     assert said in problem.found
     assert problem.expected == ("degrees" if own else "metres")
     assert problem.remedy.startswith(mend)
-    assert ("MGI (EPSG:4312) as their crs" in problem.remedy) == (own is None)
+    is_plane = own is None
+    assert ("WGS 84 (EPSG:4326) of many rec" in problem.remedy) == is_plane
+    assert problem.remedy.endswith("or MGI (EPSG:4312)") == is_plane
     (exchanged,) = place_problems(latitude, longitude, crs, "points.csv")
     assert "are latitude and longitude in" in exchanged.found
 

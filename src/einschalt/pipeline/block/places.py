@@ -67,7 +67,11 @@ def _angles(easting, northing, crs, source):
         geographic = system_label((crs.sub_crs_list or [crs])[0].geodetic_crs)
         ways = [f"Multiply them by {size:.10g} for degrees"] if size != 1.0 else []
         if not crs.is_geographic:
-            ways.append(f"Call the columns {axes}, and name {geographic} as their crs")
+            # lists of receivers lie 100 m beside those of the old survey
+            ways.append(
+                f"Call the columns {axes}, and name as their crs the system that they "
+                f"are in: WGS 84 (EPSG:4326) of many receivers, or {geographic}"
+            )
         remedy = ". ".join(ways) or f"Convert them to {own}"
         first = "longitude" if crs.is_geographic else "easting"
         second = "latitude" if crs.is_geographic else "northing"
@@ -131,6 +135,11 @@ def target_problems(points, source_crs, target_crs, source):
     if likely:
         meant = ", ".join(likely)
         remedy = f"Correct crs of the points to {meant}, or that of the block"
+    if source_crs.is_geographic and in_area(latitude, longitude, target_crs, 0.0):
+        remedy = (
+            "Exchanged they lie in it: call the columns the other way round; a layer "
+            "has the longitude first"
+        )
     return [
         ProjectionError(
             f"{system_label(source_crs)} puts the points at longitude "
