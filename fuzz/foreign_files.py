@@ -124,9 +124,23 @@ REFERENCE = """\
 "P, 1",13.5,48.25,411.5,0.01,False
 # Total error,,,,0.01
 """
+JOBXML = """\
+<?xml version="1.0"?><JOBFile jobName="a" version="5.7"><Reductions>
+<Point><ID>1</ID><Name>P 1</Name><Code>GCP</Code><Grid><North>2.25</North>
+<East>1.5</East><Elevation>3.5</Elevation></Grid></Point>
+<Point><ID>2</ID><Name>P2</Name><Grid/></Point></Reductions></JOBFile>
+"""
+GSI = """\
+*110001+00000000000000P7 81..10+0000000000001500 82..10-0000000000002250 \
+83..16+0000000000035000
+410002+00000TRE 42....+00000000
+110003+00001002 84..10+00013826 85..18+00322000
+"""
 # table, then what stands in its first row
 READ = {
     "a.xml": (LANDXML, "control_points", ["A", 1.0, 2.0, 3.0]),
+    "a.jxl": (JOBXML, "control_points", ["P 1", 1.5, 2.25, 3.5]),
+    "a.gsi": (GSI, "control_points", ["P7", 1.5, -2.25, 3.5]),
     "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),
     "dico.xml": (DICO, "control_points", ["P1", 1.0, 2.0, 3.0, 0.01, 0.02, 0.03]),
     "mes.xml": (MEASURED, "image_points", ["a.tif", "P1", 5.5, 6.0]),

@@ -38,6 +38,8 @@ PLACE = ["easting", "northing", "height"]
 SYSTEMS = {"a.vrt": 31467, "a.tif.aux.xml": 31467, "a.tif.points": 31255}
 SYSTEMS |= {"a.OPK": 2154, "ref.csv": 4326}
 AFTER_MANUAL = {
+    "a.gsi",
+    "a.jxl",
     "a.con",
     "a.im",
     "geoin.dat",

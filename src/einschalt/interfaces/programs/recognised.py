@@ -26,7 +26,9 @@ from einschalt.interfaces.programs import (
     gama,
     gdal_gcps,
     ign,
+    jobxml,
     landxml,
+    leica_gsi,
     match_at,
     metashape_cameras,
     metashape_reference,
@@ -65,6 +67,8 @@ TEXT = (".txt", ".csv")
 CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf")
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
+    Format("jobxml", "JobXML of Trimble", jobxml.read_jobxml, (".jxl",)),
+    Format("gsi", "GSI of Leica", leica_gsi.read_gsi, (".gsi",)),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
     Format(

@@ -1,0 +1,58 @@
+"""JobXML of Trimble (.jxl): the reduced points of a job, after its schema.
+
+Its lengths are metres, whatever the job shows. Points of the field book are measured
+ones, of which the reductions have the coordinates.
+"""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
+from einschalt.interfaces.programs.foreign import Foreign, is_finite, unseen
+
+EXPECTED = "a job as Trimble's programs export it: Reductions with points"
+AXES = ("East", "North", "Elevation")
+
+
+def read_jobxml(file) -> Foreign:
+    """Read the points that have coordinates of the grid."""
+    root = read_xml(file.data, file.source, EXPECTED)
+    points = [one for part in each(root, "Reductions") for one in each(part, "Point")]
+    names, places, n_others = [], [], 0
+    for point in points:
+        name, place = _point(point, file.source)
+        if np.isnan(place[:2]).any():
+            n_others += 1
+        else:
+            names.append(name)
+            places.append(place)
+    if not names:
+        raise FileError(
+            "holds no point with coordinates of a grid",
+            expected=EXPECTED,
+            remedy="Choose a coordinate system in the job, and export it again",
+            file=file.source,
+        )
+    table = pd.DataFrame({"point_id": names})
+    table[["easting", "northing", "height"]] = np.array(places)
+    notes = [unseen(file.source)]
+    if n_others:
+        notes.append(f"{file.source}: {n_others} points without grid left out")
+    return Foreign(
+        {"control_points": table.dropna(axis=1, how="all")}, None, tuple(notes)
+    )
+
+
+def _point(point, source):
+    """Name and coordinates of a point; NaN where it has none."""
+    name, grid = text_of(point, "Name"), child(point, "Grid")
+    if not name:
+        raise damaged(source, "a point of the reductions has no name", EXPECTED)
+    words = ["" if grid is None else text_of(grid, axis) for axis in AXES]
+    wrong = [word for word in words if word and not is_finite(word)]
+    if wrong and wrong[0].casefold() != "nan":
+        raise damaged(source, f"{wrong[0]!r} of point {name} is no number", EXPECTED)
+    place = [float(word) if is_finite(word) else np.nan for word in words]
+    return name, np.array(place)
