@@ -26,8 +26,8 @@ WORDS = {
     "point_id": {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
-        "en": "pointid pointnumber pointno pointnr pointname point pt ptid ptno opid "
-        "gcp gcpid gcpname label",
+        "en": "pointid pointnumber pointno pointnr pointname pointref point pt ptid "
+        "ptno opid gcp gcpid gcpname label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",
@@ -35,14 +35,14 @@ WORDS = {
     },
     "easting": {
         "de": "rechtswert ostwert rw ost rechts",
-        "en": "easting east pointx",
+        "en": "easting eastings east pointx",
         "fr": "est abscisse",
         "it": "coordinataest",
         "": "e",
     },
     "northing": {
         "de": "hochwert nordwert hw nord hoch",
-        "en": "northing north pointy",
+        "en": "northing northings north pointy",
         "fr": "ordonnee",
         "it": "coordinatanord",
         "": "n",

@@ -381,3 +381,22 @@ def test_a_row_of_too_few_values_between_blanks_is_told_so(tmp_path):
     said = r"3 values, the header 4; expected 4 values separated by blanks\. Part the"
     with pytest.raises(TableError, match=rf"row 3: the row has {said} values by semi"):
         require_sound(tmp_path, text)
+
+
+def test_units_behind_the_names_of_a_list_that_blanks_part(tmp_path):
+    text = "Punktnr  y [m]  x [m]  H (m)\nA  1.5  2.5  3.5\nB  4.5  5.5  6.5\n"
+    (tmp_path / "t.txt").write_text(text)
+    table = understand_table(tmp_path / "t.txt", CONTROL_POINTS)
+    places = table.frame[["easting", "northing", "height"]].to_numpy(float)
+    assert places.tolist() == [[1.5, 2.5, 3.5], [4.5, 5.5, 6.5]]
+    feet = text.replace("y [m]", "y [ft]")
+    (tmp_path / "t.txt").write_text(feet)
+    frame = understand_table(tmp_path / "t.txt", CONTROL_POINTS).frame
+    assert "easting" not in frame  # feet are not taken for metres
+
+
+def test_british_words(tmp_path):
+    text = "Point Ref,Eastings,Northings\nA,1.5,2.5\n"
+    (tmp_path / "t.csv").write_text(text)
+    frame = understand_table(tmp_path / "t.csv", CONTROL_POINTS).frame
+    assert list(frame) == ["point_id", "easting", "northing"]

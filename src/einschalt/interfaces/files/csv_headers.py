@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.header_units import is_unit
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
     is_list_of_points,
@@ -113,11 +114,27 @@ def _separators_of(line):
 
 def _parted(line, separator):
     if separator == BLANK:
-        return line.split()
+        return _words(line)
     try:
         return [name.strip() for name in next(csv.reader([line], delimiter=separator))]
     except (csv.Error, StopIteration):
         return [""] * (MOST_COLUMNS + 1)
+
+
+def _words(line):
+    """Words of a line that blanks part, each with the unit in brackets behind it.
+
+    >>> _words("No  y [m]  x (m)  (old)")
+    ['No', 'y [m]', 'x (m)', '(old)']
+    """
+    words = []
+    for word in line.split():
+        is_bracketed = word[:1] + word[-1:] in ("[]", "()")
+        if words and is_bracketed and is_unit(word[1:-1]):
+            words[-1] += f" {word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _known(lines, row, separator, schema, said):

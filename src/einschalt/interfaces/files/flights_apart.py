@@ -12,7 +12,7 @@ from einschalt.foundations.errors import TableError, name_some
 OF_FLIGHTS = {
     *("flight", "flightname", "flightno", "flightid", "mission", "flyingheight"),
     *("scale", "imagescale", "photoscale", "scalenumber"),
-    *("flug", "flugname", "flugnr", "flugnummer", "bildflug", "befliegung"),
+    *("flug", "flugname", "flugnr", "flugnummer", "bildflug"),
     *("flughoehe", "massstab", "bildmassstab", "massstabszahl", "bildmassstabszahl"),
     *("vol", "nomduvol", "hauteurdevol", "echelle", "volo", "quotadivolo", "scala"),
     *("vuelo", "escala"),

@@ -17,6 +17,11 @@ READ_SUFFIXES = (
     *(CSV_SUFFIXES + PARQUET_SUFFIXES),
     *(workbooks.SUFFIXES + point_layers.SUFFIXES),
 )
+AS_TABLE = "Save the table as CSV UTF-8 or as Parquet"
+AS_TEXT = (
+    "Save the table as CSV UTF-8 or as Parquet; a list of plain text only needs the "
+    "suffix .txt"
+)
 
 
 def read_table(path, schema, *, source=None):
@@ -82,7 +87,7 @@ def _known_suffix(path, source, known):
         raise FileError(
             f"suffix {suffix!r} is unknown" if suffix else "the suffix is missing",
             expected=", ".join(known),
-            remedy="Save the table as CSV UTF-8 or as Parquet",
+            remedy=AS_TEXT if known is READ_SUFFIXES else AS_TABLE,
             file=source,
         )
     return suffix

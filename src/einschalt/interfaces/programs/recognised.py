@@ -64,7 +64,7 @@ class Format:
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
 # their end can be told
-CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf")
+CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf", ".jxl")
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("jobxml", "JobXML of Trimble", jobxml.read_jobxml, (".jxl",)),
