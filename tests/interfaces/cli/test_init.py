@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyogrio
+import pyproj
 import pytest
 import shapely
 from typer.testing import CliRunner
@@ -859,3 +860,45 @@ def test_models_are_asked_for_where_no_pair_of_photographs_makes_one(invoke, tmp
     said = "two photographs have 1 point in common at most: a model needs 8, and a"
     assert said in shown.stdout
     assert "models is missing" in shown.output
+
+
+@pytest.fixture
+def receiver(tmp_path, block_folder):
+    """Control of a receiver: longitudes and latitudes, of a system that is not said."""
+    control = pd.read_csv(block_folder / "control_points.csv", dtype={"point_id": str})
+    to_degrees = pyproj.Transformer.from_crs(31255, 4312, always_xy=True)
+    lon, lat = to_degrees.transform(control["easting"], control["northing"])
+    table = pd.DataFrame({"Name": control["point_id"], "lat": lat, "lon": lon})
+    table.assign(role=control["role"]).to_csv(tmp_path / "receiver.csv", index=False)
+    return tmp_path / "receiver.csv"
+
+
+def test_longitudes_and_latitudes_are_asked_about_and_not_guessed(
+    invoke, receiver, block_folder, tmp_path
+):
+    flights = [block_folder / name for name in FLIGHTS]
+    call = ("init", tmp_path / "b", "--crs", "EPSG:31255", *KNOWN)
+    files = ("--from", receiver, *flights)
+    refused = invoke(*call, *files)
+    assert refused.exit_code == 2
+    assert "Give --points-crs EPSG:4326, or the system of the rec" in refused.stderr
+    plane = invoke(*call, *files, "--points-crs", "EPSG:25833")
+    assert plane.exit_code == 2
+    assert "has no longitudes and latitudes" in plane.stderr
+    done = invoke(*call, *files, "--points-crs", "EPSG:4312")
+    assert done.exit_code == 0, done.output
+    block = read_block(tmp_path / "b")
+    given = pd.read_csv(block_folder / "control_points.csv", dtype={"point_id": str})
+    axes = ["easting", "northing"]
+    there = block.control_points[axes].to_numpy()
+    np.testing.assert_allclose(there, given[axes], rtol=0, atol=1e-5)
+
+
+def test_a_system_of_degrees_that_no_file_holds_is_refused(
+    invoke, block_folder, tmp_path
+):
+    files = [block_folder / n for n in ("control_points.csv", *FLIGHTS)]
+    call = ("init", tmp_path / "b", "--from", *files, "--crs", "EPSG:31255", *KNOWN)
+    refused = invoke(*call, "--points-crs", "EPSG:4326")
+    assert refused.exit_code == 2
+    assert "--points-crs is about longitudes and latitudes, which no" in refused.stderr

@@ -61,6 +61,9 @@ def init(
         typer.Option("--yes", "-y", help="Ask nothing: accept all suggestions."),
     ] = False,
     crs: _asked(str, "System of the coordinates, such as EPSG:31255.") = None,
+    points_crs: _asked(
+        str, "System of longitudes and latitudes, such as EPSG:4326."
+    ) = None,
     name: _asked(str, "Name of the block.") = None,
     high_scale: _asked(float, "Scale number of the high flight, N of 1:N.") = None,
     low_scale: _asked(float, "Scale number of the low flight, N of 1:N.") = None,

@@ -58,6 +58,7 @@ class Said:
     decimal: str | None = None  # "," or "."
     crs: str | None = None  # of its coordinates
     unit: str | None = None  # of the models or images of its flight; px of a camera
+    degrees_crs: str | None = None  # of longitudes and latitudes, in place of crs
 
 
 NOTHING_SAID = Said()

@@ -134,6 +134,7 @@ def _tables(proposal, section, folder):
             "layer": table.said.layer,
             "decimal": table.said.decimal,
             "columns": table.said.columns or None,
+            "crs": _crs_of_degrees(table),
         }
         said = {name: value for name, value in said.items() if value is not None}
         if key == "file":
@@ -144,6 +145,12 @@ def _tables(proposal, section, folder):
         else:
             lines.append(_key(key, file, table.description))
     return lines
+
+
+def _crs_of_degrees(table):
+    """System of longitudes and latitudes whose file states none."""
+    is_said = table.crs is None and "longitude" in table.frame
+    return table.said.crs if is_said else None
 
 
 def _inline(name, value):

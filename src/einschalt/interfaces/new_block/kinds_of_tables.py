@@ -28,8 +28,8 @@ KINDS = {
     "ground": tables.CONTROL_POINTS,
 }
 SAY_SYSTEM = (
-    'Begin with init --template, and say crs = "EPSG:4326", or the system of the '
-    "receiver, below [control_points]"
+    "Give --points-crs EPSG:4326, or the system of the receiver (in block.toml: crs of "
+    "[control_points])"
 )
 
 
@@ -88,18 +88,23 @@ def _refuse_other_unit(file, said):
 
 def _refuse_degrees(file, said):
     """Refuse longitudes and latitudes of which no file states the system."""
-    schema = schema_in(KINDS["ground"], read_source_crs(point_layers.WGS_84))
-    try:
-        names = understand_table(file, schema, said, source=file.source).frame.columns
-    except EinschaltError:  # another kind of table: that is said
-        return
-    if {c.name for c in schema.columns if c.is_required} <= set(names):
+    if holds_degrees(file, said):
         raise FileError(
             "holds longitudes and latitudes, and nothing tells of which system",
             expected="eastings and northings, or a layer that states its system",
             remedy=SAY_SYSTEM,
             file=file.source,
         )
+
+
+def holds_degrees(file, said):
+    """Whether a file has ground points whose columns are longitude and latitude."""
+    schema = schema_in(KINDS["ground"], read_source_crs(point_layers.WGS_84))
+    try:
+        names = understand_table(file, schema, said, source=file.source).frame.columns
+    except EinschaltError:  # another kind of table: that is said
+        return False
+    return {c.name for c in schema.columns if c.is_required} <= set(names)
 
 
 def _refuse_plane(file, said):

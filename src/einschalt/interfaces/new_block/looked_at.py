@@ -35,6 +35,7 @@ from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.kinds_of_tables import (
     KINDS,
     fitting_schema,
+    holds_degrees,
     meant_schema,
     refuse_other_coordinates,
 )
@@ -342,6 +343,8 @@ def _table(file, said, kinds=tuple(KINDS)):
         fit = fitting_schema(kind, table, said)
         if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
             return _looked(file, kind, table, own), table.n_beside
+    if said.degrees_crs not in (None, said.crs) and holds_degrees(file, said):
+        return _table(file, replace(said, crs=said.degrees_crs), kinds)
     # below a title that is taken for the header, all rows are too long
     questions.sort(key=_is_ragged)
     if questions:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import (
     EinschaltError,
     OutputError,
@@ -17,7 +18,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.number_parsing import is_number
-from einschalt.foundations.projections import read_crs
+from einschalt.foundations.projections import read_crs, read_source_crs
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
@@ -77,10 +78,7 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     if options["crs"] is not None:
         read_crs(options["crs"])
     raise_problems(_impossible(options))
-    given = {axis: options.pop(axis) for axis in ("easting", "northing")}
-    columns = {axis: column for axis, column in given.items() if column is not None}
-    said = Said(columns, decimal=options.pop("decimal"), crs=options["crs"])
-    found = _look([*(files or []), *(more or [])], folder, said)
+    found = _look([*(files or []), *(more or [])], folder, _said(options))
     guessed = propose(found, {})
     proposal = propose(found, _given(options, guessed))
     _show(proposal)
@@ -103,6 +101,29 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     write_text(folder / BLOCK_FILE, f"{head}{text}")
     _write_schema(folder, schema)
     _check(folder, [note for table in proposal.tables.values() for note in table.notes])
+
+
+def _said(options):
+    """What options say of all tables; they are taken out, but for that of the block."""
+    given = {axis: options.pop(axis) for axis in ("easting", "northing")}
+    return Said(
+        columns={axis: column for axis, column in given.items() if column is not None},
+        decimal=options.pop("decimal"),
+        crs=options["crs"],
+        degrees_crs=_of_degrees(options.pop("points_crs")),
+    )
+
+
+def _of_degrees(crs):
+    """A system of longitudes and latitudes, or None where none is given."""
+    if crs is None or read_source_crs(crs).is_geographic:
+        return crs
+    raise SettingsError(
+        f"--points-crs = {system_label(read_source_crs(crs))} has no longitudes and "
+        "latitudes",
+        expected="a geographic system, such as EPSG:4326",
+        remedy="Give plane coordinates with --crs alone",
+    )
 
 
 def _impossible(options):
@@ -167,6 +188,17 @@ def _is_free_for_schema(path):
 
 def _look(files, folder, said):
     """Tables of the files that were named, or of those in the folder."""
+    found = _looked_at(files, folder, said)
+    if said.degrees_crs and not any("longitude" in one.frame for one in found):
+        raise SettingsError(
+            "--points-crs is about longitudes and latitudes, which no file holds",
+            expected="options of what the files hold",
+            remedy="Leave it out, or name the file after --from",
+        )
+    return found
+
+
+def _looked_at(files, folder, said):
     if files:
         try:
             return [one for path in files for one in look_at(path, said)]
