@@ -276,3 +276,11 @@ def test_two_tables_of_control_are_told_as_on_a_page(visit, root):
     shown = visitor.get(dropped(visitor, {"a.csv": text, "b.csv": text})).text
     assert "Drop the files again, with one of them alone" in shown
     assert "--from" not in shown
+
+
+def test_degrees_of_no_system_are_told_as_on_a_page(visit, root):
+    text = "point_id,longitude,latitude\nA,13.5,47.25\nB,13.75,47.5\n"
+    visitor = visit(root)
+    shown = visitor.get(dropped(visitor, {"a.csv": text})).text
+    assert "Save the points as a layer that states its system" in shown
+    assert "--points-crs" not in shown

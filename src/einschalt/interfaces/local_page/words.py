@@ -84,6 +84,10 @@ PARTS = mark_each(
 # they stand
 INSTEAD_OF_OPTIONS = mark_each(
     {
+        "Give --points-crs": (
+            "Save the points as a layer that states its system, such as a GeoPackage, "
+            "and drop that"
+        ),
         "Name it after --from": "Drop its file with the others",
         "Name one of them after --from": "Drop the files again, with one of them alone",
         "Name that one after --from": "Drop the files again, with that one alone",
