@@ -862,13 +862,14 @@ def test_models_are_asked_for_where_no_pair_of_photographs_makes_one(invoke, tmp
     assert "models is missing" in shown.output
 
 
-@pytest.fixture
-def receiver(tmp_path, block_folder):
+@pytest.fixture(params=[("lon", "lat"), ("longitude", "latitude")])
+def receiver(tmp_path, block_folder, request):
     """Control of a receiver: longitudes and latitudes, of a system that is not said."""
     control = pd.read_csv(block_folder / "control_points.csv", dtype={"point_id": str})
     to_degrees = pyproj.Transformer.from_crs(31255, 4312, always_xy=True)
     lon, lat = to_degrees.transform(control["easting"], control["northing"])
-    table = pd.DataFrame({"Name": control["point_id"], "lat": lat, "lon": lon})
+    east, north = request.param
+    table = pd.DataFrame({"Name": control["point_id"], north: lat, east: lon})
     table.assign(role=control["role"]).to_csv(tmp_path / "receiver.csv", index=False)
     return tmp_path / "receiver.csv"
 

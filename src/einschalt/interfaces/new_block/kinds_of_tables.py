@@ -45,6 +45,15 @@ def fitting_schema(kind, table, said):
     return meant_schema(kind, system)
 
 
+def has_table_of(kind, table, said):
+    """Whether all columns are there, and something states the system of degrees."""
+    names = {c.name for c in fitting_schema(kind, table, said).columns if c.is_required}
+    is_geographic = set(GEOGRAPHIC) <= names
+    system = table.crs or said.crs
+    is_stated = system is not None and read_source_crs(system).is_geographic
+    return names <= set(table.frame) and (is_stated or not is_geographic)
+
+
 def meant_schema(kind, crs, *, is_geographic=None):
     """Schema of a kind of table in a system: ground points have its unit.
 

@@ -35,6 +35,7 @@ from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.kinds_of_tables import (
     KINDS,
     fitting_schema,
+    has_table_of,
     holds_degrees,
     meant_schema,
     refuse_other_coordinates,
@@ -340,8 +341,7 @@ def _table(file, said, kinds=tuple(KINDS)):
             questions += [error] if _is_of_rows(error) else []
             refused += [error] if isinstance(error, FileError) else []
             continue
-        fit = fitting_schema(kind, table, said)
-        if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
+        if has_table_of(kind, table, said):
             return _looked(file, kind, table, own), table.n_beside
     if said.degrees_crs not in (None, said.crs) and holds_degrees(file, said):
         return _table(file, replace(said, crs=said.degrees_crs), kinds)
