@@ -7,7 +7,7 @@ COMMAS_ANSWERED = {
 }
 # of convert, which has no other columns than those that a table names
 OF_TABLES = COMMAS_ANSWERED | {
-    "init --template": (
+    "Give --points-crs": (
         "Say which by --crs, such as --crs EPSG:4326, or the system of the receiver"
     ),
     "Say columns = {easting": (
