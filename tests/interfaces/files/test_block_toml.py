@@ -148,6 +148,14 @@ def test_misspelt_setting_names_the_known_ones(tmp_path):
     )
 
 
+def test_a_setting_in_another_section_is_told_where_it_belongs(tmp_path):
+    begin = "[control_points]\n"
+    assert begin in WHOLE
+    (said,) = said_of(tmp_path, WHOLE.replace(begin, f"{begin}crs_accuracy_m = 2\n"))
+    assert "[control_points] crs_accuracy_m: unknown key" in said
+    assert said.endswith("Write it below [settings].")
+
+
 def test_what_is_right_is_kept_beside_what_is_wrong(tmp_path):
     text = WHOLE.replace("m_g_um = 5", 'm_g_um = "5"').replace(
         "scale_number = 8000", ""
