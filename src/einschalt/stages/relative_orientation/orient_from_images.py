@@ -67,7 +67,10 @@ OTHER_PLACE = "Check that left and right are not one image; take a pair with a b
 REMEDIES = {
     TOO_FEW: "Measure at least six points in the overlap, or take the model out",
     UNDETERMINED: "Measure points that are spread over the whole overlap",
-    NOT_CONVERGED: "Look for exchanged points and gross errors, or measure more points",
+    NOT_CONVERGED: (
+        'Look for exchanged points and gross errors (outliers = "snoop" names them), '
+        "or measure more points"
+    ),
     BEHIND: "Check that left and right image and the axes are not confused",
 }
 
@@ -364,7 +367,8 @@ def _tests(points, is_wrong, pairs):
     """Columns of the tests, in ``pairs`` without the wrong points.
 
     Without ``pairs`` in an adjustment of equal weights, also where nothing is wrong:
-    the scale of a robust fit comes from a median; residuals over it are not Pope's τ.
+    the scale of a robust fit comes from most of its points; residuals over it are not
+    Pope's τ.
     """
     used, others = points.chosen(~is_wrong), points.chosen(is_wrong)
     if pairs is None:
