@@ -35,7 +35,6 @@ from einschalt.theory.relative_orientation.coplanarity_solution import (
     MOST_ROUGH_STEPS,
     N_PARAMETERS,
     ROUGH,
-    SAFE_SIGMA,
     descend,
 )
 from einschalt.theory.relative_orientation.starting_orientations import (
@@ -52,6 +51,8 @@ LEAST_SIZE = 0.1
 # choices of a few points: with 3 of 10 points wrong, one of 30 is good in 98 of 100
 N_CHOICES, N_CHOSEN = 30, N_PARAMETERS + 1
 N_CONCENTRATIONS = 2
+# of the principal distance: coarser is no measuring, nor matching in digital images
+CREDIBLE_SIGMA = 5e-4
 NEWTON_STEPS = 8
 
 
@@ -64,7 +65,7 @@ def majority(image, zr, pose, size):
     """
     settled = _settle(image, zr, pose, size)
     least = misclosure_scale(image, zr, settled, size)
-    if least <= SAFE_SIGMA:
+    if least <= CREDIBLE_SIGMA:
         return settled, least
     start = _pose_of_few(image, zr, pose, size)
     for other in (start, _settle(image, zr, start, size)):
@@ -109,7 +110,7 @@ def _pose_of_few(image, zr, pose, size):
             scale = misclosure_scale(image, zr, found, size)
             if scale < least:
                 best, least = found, scale
-        if least <= SAFE_SIGMA:
+        if least <= CREDIBLE_SIGMA:
             break
     return best
 

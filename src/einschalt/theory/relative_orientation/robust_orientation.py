@@ -39,12 +39,12 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
 from einschalt.theory.relative_orientation.coplanarity_precision import fill_precision
 from einschalt.theory.relative_orientation.coplanarity_solution import (
     N_PARAMETERS,
-    SAFE_SIGMA,
     pose_at,
     put_pose,
 )
 from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
 from einschalt.theory.relative_orientation.majority_orientation import (
+    CREDIBLE_SIGMA,
     FEWEST_POINTS,
     N_ABSOLUTE_STEPS,
     misclosure_scale,
@@ -128,7 +128,7 @@ def _begin(pairs, ordinary):
     poses = ordinary.poses
     is_of_majority = np.zeros(len(poses), dtype=np.bool_)
     size = ordinary.sigma_0 / pairs.distance[:, 0]
-    doubtful = np.flatnonzero(~(ordinary.is_converged & (size <= SAFE_SIGMA)))
+    doubtful = np.flatnonzero(~(ordinary.is_converged & (size <= CREDIBLE_SIGMA)))
     if not len(doubtful):
         return poses, is_of_majority
     _, part = pairs.of_models(doubtful)
