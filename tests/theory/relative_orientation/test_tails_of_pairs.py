@@ -62,7 +62,7 @@ def test_weights_of_small_pairs_make_no_tails(make_pairs):
         robust = tails_by_residuals(orient_robustly(pairs, "tukey").orientation)
         by_robust += robust.p_value < FINDING_SIGNIFICANCE
     assert alarms == 0
-    # a hundred times as often as the probability says is as good as ten flights show
+    # by chance three of ten flights are below 0.01 once in nine thousand times
     assert by_robust >= 3
 
 

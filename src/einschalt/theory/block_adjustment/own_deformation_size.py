@@ -32,7 +32,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
     CUBIC,
     QUADRATIC,
 )
-from einschalt.theory.block_adjustment.gross_errors import OUT, examine_control
+from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
     PLAN,
@@ -279,10 +279,10 @@ def _without_wrong_control(plain):
     is_wrong = verdict.is_suspect & (size > GROSS * usual)
     if not is_wrong.any():
         return plain
-    covariance = plain.observations.control_covariance.copy()
-    covariance[is_wrong] *= OUT**2
-    changed = replace(plain.observations, control_covariance=covariance)
-    return plain.readjusted(changed)
+    control = plain.observations.control.copy()
+    control[is_wrong] = np.nan
+    # others check each of them, so that what is left holds the block
+    return plain.adjusted_anew(replace(plain.observations, control=control))
 
 
 def _first_guess(observations):

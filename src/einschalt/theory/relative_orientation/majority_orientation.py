@@ -48,8 +48,8 @@ N_ABSOLUTE_STEPS, N_TUKEY_STEPS = 10, 15
 TUKEY = TUKEY_LIMIT, True
 # the smallest size of a misclosure that a weight is taken of, in standard errors
 LEAST_SIZE = 0.1
-# choices of a few points: with 3 of 10 points wrong, one of 30 is good in 98 of 100
-N_CHOICES, N_CHOSEN = 30, N_PARAMETERS + 1
+# choices of a few points: where 5 of 15 are wrong, 4 of 100 choices hold none of them
+N_CHOICES, N_CHOSEN = 100, N_PARAMETERS + 1
 N_CONCENTRATIONS = 2
 # of the principal distance: coarser is no measuring, nor matching in digital images
 CREDIBLE_SIGMA = 5e-4
