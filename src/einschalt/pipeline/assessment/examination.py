@@ -383,6 +383,7 @@ class SimultaneousExamination(SuspectControl, Examination):
     """What can be asked of one adjustment of all models.
 
     Covariances between its points are not kept: tables that need them have no rows.
+    Ellipses, which need those of single points, it has.
     """
 
     solution: SimultaneousSolution

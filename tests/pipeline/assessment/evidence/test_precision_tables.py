@@ -8,7 +8,10 @@ from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
-from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.simulation.simulate_block import (
+    BlockGeometry,
+    simulate_block,
+)
 from einschalt.pipeline.summary.sections.error_sources import source_name
 from einschalt.pipeline.summary.summary import sections
 from einschalt.theory.adjustment.point_operator import Axes
@@ -18,6 +21,14 @@ SETTINGS = [
     Settings(coverage_mean="most_central", weighting="weighted"),
     Settings(residual_distribution="natural_neighbour"),
 ]
+
+
+@pytest.fixture(scope="module")
+def tilted_result():
+    """One adjustment of models that were oriented by y-parallaxes: C has no zeros."""
+    geometry = BlockGeometry(width=3_000.0, height=3_000.0, measurement="parallaxes")
+    block = simulate_block("demo", seed=1, geometry=geometry)
+    return densify(block, Settings(method="simultaneous"))
 
 
 def dense_covariance(errors):
@@ -161,6 +172,36 @@ def test_ellipses_of_the_level_of_the_settings(demo_block, good_result):
     asked = good_result.confidence_ellipses(0.39346934)
     total = np.hypot(asked["semi_major"], asked["semi_minor"])
     np.testing.assert_allclose(total, good_result.points["standard_error_total"])
+
+
+def test_ellipses_of_one_adjustment(simultaneous_result):
+    """They need nothing but the covariance of each point, which the table gives."""
+    points = simultaneous_result.points
+    # the quantile of χ² with two degrees of freedom, from a table
+    for table, squared in (
+        (simultaneous_result.ellipses, 5.99146),
+        (simultaneous_result.confidence_ellipses(0.99), 9.21034),
+    ):
+        assert table["point_id"].tolist() == points["point_id"].tolist()
+        total = np.hypot(table["semi_major"], table["semi_minor"])
+        expected = np.sqrt(squared) * points["standard_error_total"]
+        np.testing.assert_allclose(total, expected, rtol=1e-5)
+
+
+def test_axes_of_an_ellipse_are_those_of_the_covariance(tilted_result):
+    """As an eigenvalue decomposition has them."""
+    table = tilted_result.confidence_ellipses(0.39346934)
+    errors = tilted_result.points
+    east, north = errors["standard_error_easting"], errors["standard_error_northing"]
+    both = errors["covariance_en"]
+    assert (both.abs() > 0.01 * east * north).any()
+    covariance = np.array([[east**2, both], [both, north**2]]).transpose(2, 0, 1)
+    roots, axes = np.linalg.eigh(covariance)
+    np.testing.assert_allclose(table["semi_major"] ** 2, roots[:, 1], rtol=1e-6)
+    np.testing.assert_allclose(table["semi_minor"] ** 2, roots[:, 0], rtol=1e-6)
+    azimuth = table["azimuth_gon"].to_numpy() * np.pi / 200.0
+    along = np.abs(axes[:, 0, 1] * np.sin(azimuth) + axes[:, 1, 1] * np.cos(azimuth))
+    np.testing.assert_allclose(along, 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("level", [0.0, 1.0, 95.0, float("nan")])

@@ -11,7 +11,6 @@ import pandas as pd
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.frame_columns import (
     columns_of,
-    joined,
     values_of,
     with_columns,
 )
@@ -39,7 +38,7 @@ class PrecisionTables:
 
     It has ``block``, ``settings``, ``points``, ``errors`` and ``left_out_control``;
     where the errors could not be propagated (``errors`` is None), the tables have no
-    rows.
+    rows. Ellipses need only the covariance of each point, which its row has.
     """
 
     @cached_property
@@ -201,8 +200,8 @@ class PrecisionTables:
         -------
         DataFrame
             point_id, easting, northing, semi_major, semi_minor [m], azimuth_gon (of
-            the major axis, clockwise from north, 0 to 200), confidence; no rows where
-            the errors were not propagated.
+            the major axis, clockwise from north, 0 to 200), confidence; of all points
+            that have standard errors, in two steps as in one adjustment.
 
         Raises
         ------
@@ -214,14 +213,16 @@ class PrecisionTables:
             raise SettingsError(
                 f"confidence = {level!r}", expected="a probability above 0 and below 1"
             )
-        if self.errors is None:
+        covariance = _covariance_in_plan(self.points)
+        if covariance is None:
             return _without_rows([*PLANE, *ELLIPSE_COLUMNS])
-        found = confidence_ellipses(self.errors.covariance[:, :2, :2], level)
+        found = confidence_ellipses(covariance, level)
         azimuth = found.azimuth / RADIANS_PER_GON
         columns = (found.semi_major, found.semi_minor, azimuth, level)
-        table = pd.DataFrame({"point_id": self.errors.point_ids})
+        table = columns_of(self.points, ["point_id", *PLANE])
         table = with_columns(table, **dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
-        return joined(columns_of(self.points, ["point_id", *PLANE]), table, "point_id")
+        is_known = np.isfinite(covariance).all(axis=(1, 2))
+        return table[is_known].reset_index(drop=True)
 
     def _require_errors(self):
         if self.errors is None:
@@ -230,6 +231,15 @@ class PrecisionTables:
                 f"{obstacle_to_propagation(self.block) or untold_sizes(self.block)}",
                 expected="control and flights with errors of known size",
             )
+
+
+def _covariance_in_plan(points):
+    """Covariance of easting and northing (n_points, 2, 2) [m²], or None."""
+    if "covariance_en" not in points:
+        return None
+    names = ["standard_error_easting", "standard_error_northing", "covariance_en"]
+    east, north, both = values_of(points, names).T
+    return np.stack([east**2, both, both, north**2], axis=1).reshape(-1, 2, 2)
 
 
 def _places(point_ids, pairs):
