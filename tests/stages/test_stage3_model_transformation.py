@@ -365,6 +365,36 @@ def test_models_that_fail_do_not_touch_the_others(ground, kind):
         fit.proj_pipeline("heap")
 
 
+@pytest.mark.parametrize("kind", ["affine", "helmert", "rigid", "helmert_3d"])
+def test_ground_points_in_one_place_are_a_failure(ground, kind):
+    """A perfect fit of scale 0 was told, and its inverse was NaN."""
+    good = model_of(ground, "good", range(9), seed=1)
+    heap = model_of(ground, "heap", [9, 10, 11, 12, 13], seed=2)
+    flight = unit_scale(pd.concat([good, heap], ignore_index=True), kind)
+    place = ground.iloc[9][[*PLAN, "height"]].to_list()
+    same = ground.copy()
+    same.loc[range(9, 14), [*PLAN, "height"]] = place
+    fit = es.transform_models(flight, same, kind)
+    row = fit.failures.set_index("model_id").loc["heap"]
+    assert row["reason"] == "all of its points have the same ground coordinates"
+    assert row["remedy"] == "Give each ground point its own coordinates"
+    assert fit.models["is_usable"].tolist() == [True, False]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
+def test_affine_onto_a_line_has_no_inverse(ground, turn):
+    model = model_of(ground, "flat", range(9), seed=1)
+    along = ground["easting"] - ground["easting"].mean()
+    line = ground.assign(
+        easting=5e6 + np.cos(turn) * along, northing=5e6 + np.sin(turn) * along
+    )
+    fit = es.transform_models(model, line)
+    assert fit.is_usable
+    moved = fit.transform(model)
+    assert np.isfinite(moved[PLAN]).all(axis=None)
+    assert fit.inverse(moved)[["x", "y"]].isna().all(axis=None)
+
+
 def test_mirror_image_has_no_pipeline(ground):
     fit = es.transform_models(faulty_flight(ground), ground, "helmert")
     with pytest.raises(TableError, match="model mirror: it has no transformation"):

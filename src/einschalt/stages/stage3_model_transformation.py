@@ -235,7 +235,8 @@ class ModelTransformation(ModelResult):
         -------
         DataFrame
             [coverage,] model_id, point_id, x, y [, z]; NaN in the rows of a model that
-            is not usable.
+            is not usable, or that has no inverse: affine with ground points on a line
+            puts the whole model there.
 
         Raises
         ------
@@ -405,7 +406,8 @@ def transform_models(
     Returns
     -------
     ModelTransformation
-        Models with too few points, or points in a line, are rows of ``failures``.
+        Models with too few points, points in a line, or ground points in one place,
+        are rows of ``failures``.
 
     Raises
     ------

@@ -9,7 +9,12 @@ from einschalt.foundations import tables
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
-from einschalt.theory.transformation.plane_fit import OTHER_SCALE, TOO_FEW, UNDETERMINED
+from einschalt.theory.transformation.plane_fit import (
+    OTHER_SCALE,
+    SAME_GROUND,
+    TOO_FEW,
+    UNDETERMINED,
+)
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,9 @@ def reasons_for(fit, kind):
     reasons[fit.status == OTHER_SCALE] = (
         "its scale is not near 1, at which rigid holds it"
     )
+    reasons[fit.status == SAME_GROUND] = (
+        "all of its points have the same ground coordinates"
+    )
     reasons[fit.is_mirrored] = "the model is a mirror image of the ground"
     return reasons
 
@@ -108,5 +116,6 @@ def remedies_for(fit):
     remedies[fit.status == OTHER_SCALE] = (
         "Give its coordinates in ground units, or transform with helmert"
     )
+    remedies[fit.status == SAME_GROUND] = "Give each ground point its own coordinates"
     remedies[fit.is_mirrored] = "Exchange easting and northing, or turn the sign of x"
     return remedies

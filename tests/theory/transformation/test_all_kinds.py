@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from einschalt.foundations import batches
 from einschalt.theory.transformation.plane_fit import (
+    SAME_GROUND,
     TOO_FEW,
     UNDETERMINED,
     USABLE,
@@ -109,6 +110,22 @@ def test_points_in_one_place(place, extra, solver, make_models):
     rounded = solver.fit(heap, models.target, models.weights, models.start)
     if place:
         assert rounded.status[0] == UNDETERMINED
+
+
+@pytest.mark.parametrize("extra", [0, 1, 20])
+@pytest.mark.parametrize("place", [0.0, 0.3, 4512345.678])
+def test_ground_points_in_one_place(place, extra, solver, make_models):
+    models = make_models(solver, [solver.least + extra])
+    heap = np.full_like(models.target, place)
+    fit = solver.fit(models.source, heap, models.weights, models.start)
+    assert fit.status[0] == SAME_GROUND
+    assert fit.redundancy[0] == 0
+    assert np.isnan(fit.parameters).all()
+    assert np.isnan(fit.s_0).all()
+    if place:
+        heap[::2] = np.nextafter(place, np.inf)
+        rounded = solver.fit(models.source, heap, models.weights, models.start)
+        assert rounded.status[0] == SAME_GROUND
 
 
 def test_two_points_on_a_line_are_enough_for_a_similarity(solver_named, make_models):

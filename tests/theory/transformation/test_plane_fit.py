@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from einschalt.theory.transformation.plane_fit import (
+    SAME_GROUND,
     TOO_FEW,
     UNDETERMINED,
     USABLE,
@@ -38,6 +39,7 @@ def test_moments_by_hand(moments_of_two):
     np.testing.assert_allclose(m.model_model[2], [[12, 0], [0, 0]], atol=1e-12)
     np.testing.assert_allclose(m.model_ground[2], [[24, 0], [0, 0]], atol=1e-8)
     np.testing.assert_allclose(m.polar, [16 / 3, 0, 12], rtol=1e-14)
+    np.testing.assert_allclose(m.ground_polar, [64 / 3, 0, 48], rtol=1e-8)
     np.testing.assert_allclose(m.determinant, [16 / 3, 0, 0], atol=1e-12)
 
 
@@ -65,10 +67,12 @@ def test_apart_by_more_than_rounding(apart, found):
 
 
 def test_status():
-    n_points = np.array([0, 2, 3, 3])
-    is_determined = np.array([True, False, True, False])
-    wanted = [TOO_FEW, TOO_FEW, USABLE, UNDETERMINED]
-    assert status_of(n_points, 3, is_determined).tolist() == wanted
+    n_points = np.array([0, 2, 3, 3, 3])
+    is_determined = np.array([True, False, True, False, True])
+    is_ground_spread = np.array([False, False, True, True, False])
+    wanted = [TOO_FEW, TOO_FEW, USABLE, UNDETERMINED, SAME_GROUND]
+    found = status_of(n_points, 3, is_determined, is_ground_spread)
+    assert found.tolist() == wanted
 
 
 def test_without_unusable_leaves_its_argument_alone():

@@ -11,7 +11,6 @@ from einschalt.theory.transformation.plane_fit import (
     PlaneSolution,
     assemble_fit,
     plane_moments,
-    status_of,
 )
 
 LEAST_POINTS = 3
@@ -39,7 +38,8 @@ def fit_affine(xy, en, weights, start):
     -------
     PlaneFit
         A model with fewer than three points, or with all points within 10⁻⁵ of its
-        extent of a line, has NaN and a ``status`` that is not USABLE.
+        extent of a line or ground points in one place, has NaN and a ``status`` that
+        is not USABLE.
 
     Notes
     -----
@@ -58,7 +58,7 @@ def fit_affine(xy, en, weights, start):
     moments = plane_moments(xy, en, weights, start)
     # 4 det / trace² is the ratio of the two principal moments where it is small
     is_plane = 4.0 * moments.determinant > THINNEST * moments.polar**2
-    status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread & is_plane)
+    status = moments.status(LEAST_POINTS, moments.is_spread & is_plane)
     inverse, linear = _solve(moments.model_model, moments.model_ground, status)
     return assemble_fit(
         "affine",

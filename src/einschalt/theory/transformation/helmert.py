@@ -12,7 +12,6 @@ from einschalt.theory.transformation.plane_fit import (
     mirror_gain,
     plane_moments,
     shift_at_origin,
-    status_of,
     without_unusable,
 )
 
@@ -30,8 +29,8 @@ def fit_helmert(xy, en, weights, start):
     Returns
     -------
     PlaneFit
-        A model with fewer than two points, or with all points in one place, has NaN
-        and a ``status`` that is not USABLE.
+        A model with fewer than two points, or with all points in one place, in the
+        model or on the ground, has NaN and a ``status`` that is not USABLE.
 
     Notes
     -----
@@ -46,7 +45,7 @@ def fit_helmert(xy, en, weights, start):
     [0.0, 2.0, 0.0, 0.0]
     """
     moments = plane_moments(xy, en, weights, start)
-    status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread)
+    status = moments.status(LEAST_POINTS, moments.is_spread)
     linear = without_unusable(conformal(*rotation_and_scale(moments)), status)
     direct, turned = correlations(moments)
     with np.errstate(divide="ignore", invalid="ignore"):

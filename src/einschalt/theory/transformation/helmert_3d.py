@@ -107,8 +107,8 @@ def fit_helmert_3d(xyz, enh, weights, start):
     Returns
     -------
     SpatialFit
-        A model with fewer than three points, or with all points on a line, has NaN
-        and a ``status`` that is not USABLE.
+        A model with fewer than three points, or with all points on a line or all
+        ground points in one place, has NaN and a ``status`` that is not USABLE.
     """
     xyz, enh, weights = as_floats(xyz, enh, weights)
     fit = _solve(_sums(xyz, enh, weights, start), np.diff(start), xyz.shape)
@@ -162,6 +162,7 @@ class _Sums:
     centroid_ground: np.ndarray
     model_model: np.ndarray
     ground_model: np.ndarray
+    ground_polar: np.ndarray  # (n_models,): Σ w |D|²
 
 
 def _solve(sums, n_points, shape):
@@ -176,7 +177,8 @@ def _solve(sums, n_points, shape):
         # where the two smaller ones cancel, a turn about the longest axis is free
         & (strength[:, 1] + strength[:, 2] > THINNEST * strength[:, 0])
     )
-    status = status_of(n_points, LEAST_POINTS, is_determined)
+    ground_spread = is_spread(sums.ground_polar, sums.weight_sum, sums.centroid_ground)
+    status = status_of(n_points, LEAST_POINTS, is_determined, ground_spread)
     rotation = without_unusable(rotation, status)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = without_unusable(direct / polar, status)
@@ -209,19 +211,22 @@ def _sums(xyz, enh, weights, start):
         np.zeros((n_models, 3)),
         np.zeros((n_models, 3, 3)),
         np.zeros((n_models, 3, 3)),
+        np.zeros(n_models),
     )
     over_segments(
         _sum_moments,
         start,
         *(xyz, enh, weights),
         *(sums.weight_sum, sums.centroid_model, sums.centroid_ground),
-        *(sums.model_model, sums.ground_model),
+        *(sums.model_model, sums.ground_model, sums.ground_polar),
     )
     return sums
 
 
 @compiled(error_model="numpy")
-def _sum_moments(first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s_mm, s_gm):
+def _sum_moments(
+    first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s_mm, s_gm, s_gg
+):
     d, big_d = np.empty(3), np.empty(3)
     for k in range(first, last):
         low, high = start[k], start[k + 1]
@@ -242,6 +247,7 @@ def _sum_moments(first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s_mm, s
             for c in range(3):
                 d[c], big_d[c] = xyz[i, c] - c_m[k, c], enh[i, c] - c_g[k, c]
             for c in range(3):
+                s_gg[k] += weights[i] * big_d[c] * big_d[c]
                 for b in range(3):
                     s_mm[k, c, b] += weights[i] * d[c] * d[b]
                     s_gm[k, c, b] += weights[i] * big_d[c] * d[b]

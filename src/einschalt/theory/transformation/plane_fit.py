@@ -22,8 +22,11 @@ from einschalt.theory.adjustment.least_squares import (
     total_from_coordinate,
 )
 
-USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE = 0, 1, 2, 3
+USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE, SAME_GROUND = range(5)
 FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
+FLATTEST = (
+    1e-10  # breadth over length of what a map makes of a circle, if it has an inverse
+)
 MIRROR_RATIO = 100.0
 PARAMETER_NAMES = {
     "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
@@ -45,6 +48,7 @@ class PlaneMoments:
     model_model: np.ndarray
     # (n_models, 2, 2): Σ w d Dᵀ with the centred ground coordinates D
     model_ground: np.ndarray
+    ground_polar: np.ndarray  # (n_models,): Σ w |D|²
 
     @property
     def polar(self):
@@ -62,6 +66,11 @@ class PlaneMoments:
         """Whether the points lie apart, by more than the rounding of coordinates."""
         return is_spread(self.polar, self.weight_sum, self.centroid_model)
 
+    def status(self, least, is_determined):
+        """Status of each model (n_models,), as :func:`status_of`."""
+        spread = is_spread(self.ground_polar, self.weight_sum, self.centroid_ground)
+        return status_of(self.n_points, least, is_determined, spread)
+
 
 @dataclass(frozen=True, eq=False)
 class PlaneSolution:
@@ -73,7 +82,7 @@ class PlaneSolution:
     spread_east: np.ndarray
     spread_north: np.ndarray
     spread_cross: np.ndarray
-    status: np.ndarray  # of int, (n_models,): USABLE, TOO_FEW or UNDETERMINED
+    status: np.ndarray  # of int, (n_models,): USABLE, TOO_FEW … as of status_of
 
     @classmethod
     def alike(cls, linear, spread, status):
@@ -146,7 +155,11 @@ class PlaneFit(CentredFit):
 
     @property
     def inverse(self):
-        """Inverse of the matrix of each model, shape (n_models, 2, 2)."""
+        """Inverse of the matrix of each model, shape (n_models, 2, 2).
+
+        NaN where an affine transformation puts the whole plane on a line, as ground
+        points on a line make it.
+        """
         return _inverse_2x2(self.linear)
 
     def point_cofactors(self, model, xy):
@@ -185,19 +198,22 @@ def plane_moments(xy, en, weights, start):
         np.zeros((n_models, 2)),
         np.zeros((n_models, 2, 2)),
         np.zeros((n_models, 2, 2)),
+        np.zeros(n_models),
     )
     over_segments(
         _sum_moments,
         start,
         *as_floats(xy, en, weights),
         *(moments.weight_sum, moments.centroid_model, moments.centroid_ground),
-        *(moments.model_model, moments.model_ground),
+        *(moments.model_model, moments.model_ground, moments.ground_polar),
     )
     return moments
 
 
 @compiled(error_model="numpy")
-def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s_mg):
+def _sum_moments(
+    first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s_mg, s_gg
+):
     for k in range(first, last):
         low, high = start[k], start[k + 1]
         if high == low:
@@ -212,7 +228,7 @@ def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s
             e += p * (en[i, 0] - e0)
             n += p * (en[i, 1] - n0)
         x0, y0, e0, n0 = x0 + x / w, y0 + y / w, e0 + e / w, n0 + n / w
-        xx = xy_ = yy = xe = xn = ye = yn = 0.0
+        xx = xy_ = yy = xe = xn = ye = yn = gg = 0.0
         for i in range(low, high):
             p = weights[i]
             dx, dy = xy[i, 0] - x0, xy[i, 1] - y0
@@ -224,10 +240,12 @@ def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s
             xn += p * dx * dn
             ye += p * dy * de
             yn += p * dy * dn
+            gg += p * (de * de + dn * dn)
         w_sum[k] = w
         c_xy[k, 0], c_xy[k, 1], c_en[k, 0], c_en[k, 1] = x0, y0, e0, n0
         s_mm[k, 0, 0], s_mm[k, 1, 1] = xx, yy
         s_mm[k, 0, 1] = s_mm[k, 1, 0] = xy_
+        s_gg[k] = gg
         s_mg[k, 0, 0], s_mg[k, 0, 1], s_mg[k, 1, 0], s_mg[k, 1, 1] = xe, xn, ye, yn
 
 
@@ -309,9 +327,14 @@ def mirror_gain(gain, direct, turned, is_overdetermined):
     return np.where(is_clear, gain, np.nan)
 
 
-def status_of(n_points, least, is_determined):
-    """USABLE, TOO_FEW (fewer points than ``least``) or UNDETERMINED for each model."""
+def status_of(n_points, least, is_determined, is_ground_spread):
+    """Whether each model can be transformed, and if not, why: (n_models,).
+
+    TOO_FEW: fewer points than ``least``. SAME_GROUND: their ground coordinates are the
+    same to rounding; the model would shrink to a point. UNDETERMINED otherwise.
+    """
     status = np.where(is_determined, USABLE, UNDETERMINED)
+    status = np.where(is_ground_spread, status, SAME_GROUND)
     return np.where(n_points < least, TOO_FEW, status)
 
 
@@ -336,4 +359,6 @@ def _inverse_2x2(matrix):
     a, b, c, d = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 0], matrix[:, 1, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         flipped = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2)
-        return flipped / (a * d - b * c)[:, None, None]
+        determinant, size = a * d - b * c, a * a + b * b + c * c + d * d
+        determinant[np.abs(determinant) <= FLATTEST * size] = np.nan
+        return flipped / determinant[:, None, None]

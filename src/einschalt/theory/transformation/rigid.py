@@ -19,7 +19,6 @@ from einschalt.theory.transformation.plane_fit import (
     mirror_gain,
     plane_moments,
     shift_at_origin,
-    status_of,
     without_unusable,
 )
 
@@ -41,9 +40,9 @@ def fit_rigid(xy, en, weights, start):
     Returns
     -------
     PlaneFit
-        A model with fewer than two points, with all points in one place, or whose scale
-        is more than twice or less than half that of the ground, has NaN and a
-        ``status`` that is not USABLE.
+        A model with fewer than two points, with all points in one place, in the model
+        or on the ground, or whose scale is more than twice or less than half that of
+        the ground, has NaN and a ``status`` that is not USABLE.
 
     Notes
     -----
@@ -54,7 +53,7 @@ def fit_rigid(xy, en, weights, start):
     direct, turned = correlations(moments)
     strength = np.maximum(direct, turned)
     is_determined = moments.is_spread & (strength > 0.0)
-    status = status_of(moments.n_points, LEAST_POINTS, is_determined)
+    status = moments.status(LEAST_POINTS, is_determined)
     # a scale of 1000 is a wrong unit, not an error that could be adjusted
     is_other = (strength > LARGEST_SCALE * moments.polar) | (
         strength * LARGEST_SCALE < moments.polar
