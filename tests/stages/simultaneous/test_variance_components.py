@@ -70,6 +70,19 @@ def test_estimates_have_the_truth_within_their_errors():
     assert np.std(z, axis=0).max() < 1.8
 
 
+def test_one_step_from_a_wrong_size_claims_no_precision(block):
+    wrong = with_m_g(block, 4.0)
+    step = es.adjust_block(wrong).components.set_index("group")
+    whole = es.adjust_block(wrong, variance_components="estimated").components
+    whole = whole.set_index("group")
+    # the step is on the way to what the residuals show, and has not arrived
+    one, all_steps = step.loc["low_flight"], whole.loc["low_flight"]
+    short = one["factor"] - all_steps["factor"]
+    assert 5.0 * all_steps["factor_standard_error"] < short < 1.0 - all_steps["factor"]
+    assert step["factor_standard_error"].isna().all()
+    assert np.isfinite(whole["factor_standard_error"]).all()
+
+
 def test_groups_without_redundancy_keep_their_errors():
     noise = PRESETS["demo"].noise
     block = es.simulate_block("demo", seed=6, noise=noise)

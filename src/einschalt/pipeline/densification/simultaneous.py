@@ -128,8 +128,8 @@ def adjust_block(
         Probability with which a model without gross errors has a suspect.
     variance_components : {"given", "estimated"}
         Whether control and flights have the errors that were given, or those that
-        their residuals show (``components``). Heights of spatial models always have
-        the latter.
+        their residuals show (``components``; with "given" its factors are one step
+        towards these only). Heights of spatial models always have the latter.
 
     Returns
     -------

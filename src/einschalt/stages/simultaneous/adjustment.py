@@ -159,8 +159,11 @@ class BlockAdjustment(ModelResult):
     components : DataFrame
         group (control, flights; plan, height and projection centres of spatial
         models), standard_error_m (median, of one coordinate), factor (the errors that
-        residuals show, over those that were given), factor_standard_error, redundancy,
-        is_estimated (the block was adjusted with it).
+        residuals show, over those that were given; of a group that was not estimated,
+        one step towards them, which falls short where a given size is far off: 0.34
+        for 0.25), factor_standard_error (NaN of such a step where given sizes are
+        refuted: ``variance_components="estimated"`` has both), redundancy, is_estimated
+        (the block was adjusted with it).
     centres : DataFrame
         flight, image_id, easting, northing, height, their standard errors, n_models of
         the projection centres of spatial models [m]; no rows where they are not known.
