@@ -68,6 +68,20 @@ class CodedPairs:
         return np.where(place < len(self), place, -1)
 
 
+def ranks(*columns):
+    """Places of rows in the order of their names, by the first column first, (n_rows,).
+
+    >>> ranks(["b", "a", "b"], ["9", "1", "10"]).tolist()
+    [2, 0, 1]
+    """
+    named = {str(k): _text(names) for k, names in enumerate(columns)}
+    table = pa.table(named)
+    order = pc.sort_indices(table, sort_keys=[(name, "ascending") for name in named])
+    places = np.empty(len(table), dtype=np.int64)
+    places[order.to_numpy()] = np.arange(len(table))
+    return places
+
+
 def free_numbers(stated):
     """Numbers from 1 on, as names of points that have none: those that none has.
 

@@ -437,6 +437,7 @@ def _images_behind(flight, oriented, kind):
     return MeasuredImages(
         oriented.errors,
         flight.ground_error_of(flight.image_points),
+        flight.image_points,
         flight.scale_number,
         centres,
         flight.tails,

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import encode, is_among
+from einschalt.foundations.names import encode, is_among, ranks
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -134,6 +134,7 @@ def control_shares_errors(block) -> bool:
 def group_members(points):
     """Which group each point is in, (n_points, n_groups) sparse; None without groups.
 
+    The groups stand in the order of their names, in which their shifts are drawn.
     Points whose ``group`` is empty share nothing.
     """
     if "group" not in points:
@@ -144,7 +145,8 @@ def group_members(points):
         return None
     groups = encode(points["group"].iloc[rows])
     shape = (len(points), len(groups))
-    return sparse.csr_array((np.ones(len(rows)), (rows, groups.codes)), shape)
+    places = ranks(groups.names)[groups.codes]
+    return sparse.csr_array((np.ones(len(rows)), (rows, places)), shape)
 
 
 def _factor(place, length, sizes):

@@ -118,8 +118,8 @@ class BlockAdjustment(ModelResult):
         (adjusted minus given) [m]; of spatial models also height,
         standard_error_height, covariance_eh, covariance_nh, difference_height. Standard
         errors take the errors of the observations as given (σ_0 = 1); of models from
-        images those of the image
-        points, drawn 800 times (known to 2.5 %).
+        images those of the image points, and of control that shares errors these,
+        drawn 800 times in the order of the names (known to 2.5 %).
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy (sum of the
         redundancy numbers), m_0 (total), s_0 (per coordinate; both in plan) [m],

@@ -14,7 +14,9 @@ says, as from tilted photographs, make it larger.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
+from einschalt.foundations.names import ranks
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
@@ -40,6 +42,7 @@ class MeasuredImages:
     errors: ImageErrors
     # (n_sources,): of each image coordinate, on the ground at the scale number [m]
     standard_error: np.ndarray
+    sources: pd.DataFrame  # their table: image_id, point_id, …
     scale_number: float
     # (n_centres, 2): pair and side (0 left, 1 right) of the projection centres that
     # follow the model points, if they do
@@ -47,6 +50,11 @@ class MeasuredImages:
     # share of image points that are much worse than the others, and how many times;
     # ``standard_error`` is the root mean square of all
     tails: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    def rank(self):
+        """Place of each source in the order of names, as they are drawn."""
+        return ranks(self.sources["image_id"], self.sources["point_id"])
 
 
 def centres_behind(errors, centres):
@@ -188,15 +196,16 @@ def _drawing(tables, part, factors, solution, *, with_tails=False):
         rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
         error = images.standard_error * factors[k * n_groups]
         tails = images.tails if with_tails else (0.0, 1.0)
-        chains.append((rows, row[rows] - start, error, tails, chain))
+        chains.append((rows, row[rows] - start, error, images.rank, tails, chain))
 
     def draw(rng, n_draws):
         every = observations.drawn_errors(rng, n_draws, solution.linear)
-        for rows, of_chain, error, tails, chain in chains:
-            drawn = chain.axes.draw(rng, error, n_draws)
+        for rows, of_chain, error, rank, tails, chain in chains:
+            drawn = chain.axes.draw(rng, error[rank.argsort()], n_draws)
             if tails[0] > 0.0:
                 drawn *= _worse(rng, tails, drawn.shape, len(error))
-            moved = chain.apply(drawn)
+            by_point = drawn.reshape(len(rank), -1, n_draws)
+            moved = chain.apply(by_point[rank].reshape(drawn.shape))
             every[rows] = moved.reshape(chain.n_points, -1, n_draws)[of_chain]
         return every
 

@@ -9,7 +9,7 @@ from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import encode, encode_pairs
+from einschalt.foundations.names import encode, encode_pairs, ranks
 from einschalt.foundations.tables import check_table
 from einschalt.stages.simultaneous.image_errors import MeasuredImages
 from einschalt.stages.simultaneous.shared_control import INDEPENDENT, shared_control
@@ -107,13 +107,13 @@ def code_block(flights, control_points, known=INDEPENDENT) -> BlockTables:
         "model": model[order],
         "point": points.codes[order],
         "standard_error": np.concatenate([f.standard_error for f in flights])[order],
-        "flight": flight,
+        **_of_names(flight, models, points),
         **control,
     }
     if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
     observations = _observations(xyz[order], kind, measured)
-    common = shared_control(control_points, known, control_row, len(points))
+    common = shared_control(control_points, known, control_row, observations.point_rank)
     if common is not None:
         observations = observations.with_shared_control(common)
     return BlockTables(
@@ -140,6 +140,15 @@ def _model_names(flights, flight, numbers):
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
+
+
+def _of_names(flight, models, points):
+    """Fields of the observations that names of models and points decide."""
+    return {
+        "flight": flight,
+        "model_rank": ranks(*(models[name] for name in models)),
+        "point_rank": ranks(points.names),
+    }
 
 
 def _coordinates(parts, *, is_spatial):

@@ -36,13 +36,16 @@ class SharedErrors:
 INDEPENDENT = SharedErrors()
 
 
-def shared_control(control_points, known, rows, n_points):
+def shared_control(control_points, known, rows, point_rank):
     """What control points of a block share: SharedControl, or None.
 
-    ``rows`` (n_points,) are those of the control of each point, −1 where it has none.
-    Groups of unknown size shift by 1 m, TOTAL.
+    ``rows`` (n_points,) are those of the control of each point, −1 where it has none;
+    its errors are drawn in the order of ``point_rank`` (n_points,). Groups of unknown
+    size shift by 1 m, TOTAL.
     """
+    n_points = len(rows)
     used = np.flatnonzero(rows >= 0)
+    used = used[point_rank[used].argsort()]
     if control_points is None or len(used) == 0:
         return None
     members = group_members(control_points)

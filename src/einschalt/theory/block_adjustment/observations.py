@@ -1,6 +1,7 @@
 """What is adjusted: measured points of all models, and control with its errors."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -57,6 +58,11 @@ class ObservedBlock:
     # itself, of variance 1 [m]: in plan (n_rows, n_bent) by one for each axis, complex
     # where a term is mirrored; in space (n_rows, 3, n_bent)
     bent: np.ndarray | None = None
+    # (n_models,), (n_points,): their places in the order of their names, in which
+    # errors are drawn: the order of the rows of a table must not decide. Without, they
+    # are drawn as they stand here
+    model_rank: np.ndarray | None = None
+    point_rank: np.ndarray | None = None
 
     _by_row: ClassVar[tuple[str, ...]]
     _by_model: ClassVar[tuple[str, ...]]
@@ -110,7 +116,7 @@ class ObservedBlock:
         root[is_observed] = np.linalg.cholesky(covariance[is_observed])
         shape = (*self.control.shape[1:], n_draws)
         if shared is None or shared.factor is None:
-            own = rng.standard_normal((self.n_points, *shape))
+            own = _normal(rng, (self.n_points, *shape), self._drawn_points)
         else:
             own = _times_normal(rng, shared.factor, shape)
         if shared is None or shared.is_unknown or not with_shifts:
@@ -137,7 +143,8 @@ class ObservedBlock:
         """
         error = self.standard_error.reshape(len(self.model), -1, 1)
         shape = (len(self.model), self.control.shape[1], n_draws)
-        return error * rng.standard_normal(shape) + self._shared(rng, n_draws, linear)
+        drawn = _normal(rng, shape, self._drawn_rows)
+        return error * drawn + self._shared(rng, n_draws, linear)
 
     def _shared(self, rng, n_draws, linear):  # noqa: ARG002 - plane models need all
         """Errors that all points of a model share."""
@@ -148,7 +155,23 @@ class ObservedBlock:
         if columns is None:
             return 0.0
         size = (self.n_models, columns.shape[2], n_draws)
-        return columns @ rng.standard_normal(size)[self.model]
+        return columns @ _normal(rng, size, self._drawn_models)[self.model]
+
+    @cached_property
+    def _drawn_rows(self):
+        """Place of each row among those that are drawn, (n_rows,); None: as it is."""
+        if self.point_rank is None:
+            return None
+        ranks = self.point_rank[self.point], self.model_rank[self.model]
+        return _inverse(np.lexsort(ranks))
+
+    @cached_property
+    def _drawn_models(self):
+        return None if self.model_rank is None else _inverse(self.model_rank.argsort())
+
+    @cached_property
+    def _drawn_points(self):
+        return None if self.point_rank is None else _inverse(self.point_rank.argsort())
 
     def of_models(self, is_kept):
         """Leave models out, and the points that only these hold."""
@@ -163,7 +186,7 @@ class ObservedBlock:
         places = {
             **dict.fromkeys(self._by_row, rows),
             **dict.fromkeys(self._by_model, models),
-            **dict.fromkeys(("control", "control_covariance"), points),
+            **dict.fromkeys(("control", "control_covariance", "point_rank"), points),
         }
         given = {name: getattr(self, name) for name in places}
         shared = self.shared_control
@@ -175,6 +198,19 @@ class ObservedBlock:
             **{n: a[places[n]] for n, a in given.items() if a is not None},
         )
         return Part(kept, rows, models, points)
+
+
+def _normal(rng, shape, places):
+    """Errors of variance 1, drawn in an order in which each has its place."""
+    drawn = rng.standard_normal(shape)
+    return drawn if places is None else drawn[places]
+
+
+def _inverse(order):
+    """Place of each number in an order of all of them."""
+    places = np.empty(len(order), dtype=np.int64)
+    places[order] = np.arange(len(order))
+    return places
 
 
 def _times_normal(rng, factor, shape):
@@ -196,7 +232,7 @@ class BlockObservations(ObservedBlock):
     orientation: np.ndarray | None = None
 
     _by_row = ("xy", "standard_error", "orientation", "bent")
-    _by_model = ("is_affine", "flight")
+    _by_model = ("is_affine", "flight", "model_rank")
 
     @property
     def xy_in_model(self):

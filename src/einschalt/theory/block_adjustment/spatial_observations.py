@@ -20,7 +20,7 @@ class SpatialObservations(ObservedBlock):
     standard_error: np.ndarray
 
     _by_row = ("xyz", "standard_error", "bent")
-    _by_model = ("flight",)
+    _by_model = ("flight", "model_rank")
 
     @property
     def xy_in_model(self):
@@ -41,6 +41,8 @@ class SpatialObservations(ObservedBlock):
             standard_error=self.standard_error[:, 0],
             is_affine=np.full(self.n_models, is_affine),
             flight=self.flight,
+            model_rank=self.model_rank,
+            point_rank=self.point_rank,
             control=np.ascontiguousarray(self.control[:, :2]),
             control_covariance=np.ascontiguousarray(self.control_covariance[:, :2, :2]),
         )
