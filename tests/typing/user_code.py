@@ -93,6 +93,7 @@ def adjust(block: es.Block, frame: pd.DataFrame) -> float:
     corrected = by_parallaxes.corrected(frame)
     return (
         assert_type(adjusted.s_0, float)
+        + len(assert_type(adjusted.cofactor("1/2", flight="low_flight"), pd.DataFrame))
         + sigma
         + len(corrected)
         + len(adjusted.summary())

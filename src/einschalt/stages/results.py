@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.names import rows_of_names
 
@@ -69,11 +70,7 @@ class ModelResult(Result):
         TableError
             There is no such model, or there is one in each of several coverages.
         """
-        row = row_of_model(self.models, model_id, coverage)
-        estimates = self.estimates
-        matrix = np.where(estimates.is_usable[row], estimates.cofactors[row], np.nan)
-        names = list(estimates.names)
-        return pd.DataFrame(matrix, index=names, columns=names)
+        return self._cofactor(row_of_model(self.models, model_id, coverage))
 
     def covariance(self, model_id: str, coverage: str | None = None) -> pd.DataFrame:
         """Covariance matrix of a model's parameters, named on both sides.
@@ -94,8 +91,81 @@ class ModelResult(Result):
         TableError
             As :meth:`cofactor`.
         """
-        row = row_of_model(self.models, model_id, coverage)
-        return self.cofactor(model_id, coverage) * self.estimates.unit_error[row] ** 2
+        return self._covariance(row_of_model(self.models, model_id, coverage))
+
+    def _cofactor(self, row):
+        estimates = self.estimates
+        matrix = np.where(estimates.is_usable[row], estimates.cofactors[row], np.nan)
+        names = list(estimates.names)
+        return pd.DataFrame(matrix, index=names, columns=names)
+
+    def _covariance(self, row):
+        return self._cofactor(row) * self.estimates.unit_error[row] ** 2
+
+
+class FlightsResult(ModelResult):
+    """A result for the models of several flights, which may have the same names.
+
+    Its table ``models`` has the column flight as well.
+    """
+
+    def cofactor(
+        self, model_id: str, coverage: str | None = None, *, flight: str | None = None
+    ) -> pd.DataFrame:
+        """Cofactor matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages of a flight have a model of that name.
+        flight : {"low_flight", "high_flight"}, optional
+            Needed where both flights have one.
+
+        Returns
+        -------
+        DataFrame
+            For unit weight: times the variance of unit weight it is the covariance
+            matrix. NaN where the model is not usable.
+
+        Raises
+        ------
+        TableError
+            There is no such model, or there is one in each of several coverages or
+            flights.
+        SettingsError
+            There is no such flight.
+        """
+        return self._cofactor(self._row(model_id, coverage, flight))
+
+    def covariance(
+        self, model_id: str, coverage: str | None = None, *, flight: str | None = None
+    ) -> pd.DataFrame:
+        """Covariance matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+        flight : {"low_flight", "high_flight"}, optional
+            As for :meth:`cofactor`.
+
+        Returns
+        -------
+        DataFrame
+            NaN where the model has no redundancy, or is not usable.
+
+        Raises
+        ------
+        TableError, SettingsError
+            As :meth:`cofactor`.
+        """
+        return self._covariance(self._row(model_id, coverage, flight))
+
+    def _row(self, model_id, coverage, flight):
+        if flight is not None:
+            require_choice("flight", flight, tuple(self.models["flight"].unique()))
+        return row_of_model(self.models, model_id, coverage, flight)
 
 
 class OrientationResult(ModelResult):
@@ -123,15 +193,17 @@ def failures_table(rows) -> pd.DataFrame:
     return pd.DataFrame(list(rows), columns=FAILURE_COLUMNS).astype(object)
 
 
-def row_of_model(models, model_id, coverage=None) -> int:
+def row_of_model(models, model_id, coverage=None, flight=None) -> int:
     """Position of a model in a table of models.
 
-    TableError where there is none, or one in each of several coverages and ``coverage``
-    is left out.
+    TableError where there is none, or one in each of several coverages or flights and
+    ``coverage`` or ``flight`` is left out.
     """
     is_it = (models["model_id"] == str(model_id)).to_numpy()
     if coverage is not None:
         is_it = is_it & (models["coverage"] == str(coverage)).to_numpy()
+    if flight is not None:
+        is_it = is_it & (models["flight"] == flight).to_numpy()
     places = np.flatnonzero(is_it)
     if len(places) == 1:
         return int(places[0])
@@ -139,6 +211,13 @@ def row_of_model(models, model_id, coverage=None) -> int:
         raise TableError(
             "there is no such model",
             expected=f"one of {name_some(models['model_id'])}",
+            model=model_id,
+        )
+    flights = models["flight"].iloc[places].unique() if "flight" in models else ()
+    if len(flights) > 1:
+        raise TableError(
+            f"flights {name_some(flights)} each have this model",
+            remedy=f'Name the flight as well: flight="{flights[-1]}"',
             model=model_id,
         )
     raise TableError(

@@ -221,6 +221,29 @@ def test_cofactors_of_parameters_give_those_of_transformed_points(adjusted):
     np.testing.assert_allclose(northing, expected, rtol=1e-6)
 
 
+def test_covariance_of_a_model_of_either_flight(adjusted):
+    """Both flights count their models alike."""
+    models = adjusted.models
+    names = models.groupby(["coverage", "model_id"])["flight"].nunique()
+    coverage, model_id = names.index[names == 2][0]
+    for flight in ("high_flight", "low_flight"):
+        found = adjusted.covariance(model_id, coverage, flight=flight)
+        is_it = (models["flight"] == flight) & (models["coverage"] == coverage)
+        place = np.flatnonzero(is_it & (models["model_id"] == model_id))[0]
+        own = adjusted.estimates.cofactors[place]  # σ_0 is 1
+        np.testing.assert_array_equal(found, own)
+        cofactor = adjusted.cofactor(model_id, coverage, flight=flight)
+        np.testing.assert_array_equal(cofactor, own)
+    message = (
+        f"model {model_id}: flights high_flight, low_flight each have this model. "
+        'Name the flight as well: flight="low_flight"'
+    )
+    with pytest.raises(es.EinschaltError, match=re.escape(message)):
+        adjusted.covariance(model_id, coverage)
+    with pytest.raises(es.EinschaltError, match="flight = 'low' is unknown"):
+        adjusted.cofactor(model_id, coverage, flight="low")
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -11,7 +11,7 @@ from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.results import (
     OUTLIERS,
     Estimates,
-    ModelResult,
+    FlightsResult,
     failures_table,
 )
 from einschalt.stages.simultaneous.failed_models import (
@@ -106,7 +106,7 @@ class AdjustmentOptions:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BlockAdjustment(ModelResult):
+class BlockAdjustment(FlightsResult):
     """A block that was adjusted simultaneously.
 
     Attributes

@@ -52,7 +52,7 @@ class MeasuredImages:
     tails: tuple[float, float] = (0.0, 1.0)
 
     @property
-    def rank(self):
+    def rank(self) -> np.ndarray:
         """Place of each source in the order of names, as they are drawn."""
         return ranks(self.sources["image_id"], self.sources["point_id"])
 
