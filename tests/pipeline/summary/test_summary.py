@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.changed_results import changed
 
+from einschalt.foundations.language import written_in
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.choice import ChoiceReason, MethodChoice
 from einschalt.pipeline.assessment.facts.precision_of_points import SpreadFacts
@@ -118,6 +119,41 @@ def test_verdict_names_the_better_way_with_its_command(good_result):
     bound = replace(figure, is_lower_bound=True)
     told = replace(told, better=replace(choice, two_step=bound))
     assert "are better: 4.6 cm or worse (--method" in verdict(told)
+
+
+@pytest.mark.parametrize(
+    ("method", "reason", "expected"),
+    [
+        ("two_step", ChoiceReason.SUPPORTED, "support the figure of the two steps"),
+        (
+            "simultaneous",
+            ChoiceReason.SUPPORTED,
+            "the measurements support the figure of a simultaneous adjustment",
+        ),
+        (
+            "simultaneous",
+            ChoiceReason.WRONG_CONTROL,
+            "a simultaneous adjustment shows what a wrong control point does",
+        ),
+    ],
+)
+def test_verdict_calls_no_larger_figure_the_better_one(
+    good_result, method, reason, expected
+):
+    """Beside "2.7 cm or worse" the reader must see why 3.9 cm is preferred."""
+    figure = replace(good_result.assessment.credible, value=0.046)
+    bound = replace(figure, value=0.027, is_lower_bound=True)
+    figures = (figure, bound) if method == "two_step" else (bound, figure)
+    told = replace(
+        good_result.assessment,
+        credible=bound,
+        better=MethodChoice(method, reason, *figures, ""),
+    )
+    assert f"{expected}: 4.6 cm (--method {method})" in verdict(told)
+    assert "better" not in verdict(told)
+    with written_in("de"):
+        assert expected not in verdict(told)
+        assert f"4,6 cm (--method {method})" in verdict(told)
 
 
 def test_verdict_names_what_one_adjustment_would_give(good_result):

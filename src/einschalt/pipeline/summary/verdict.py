@@ -39,6 +39,23 @@ BETTER = mark_each(
         ),
     }
 )
+# whose figure is the larger one: what makes it the better way is said
+SUPPORTED = mark_each(
+    {
+        TWO_STEP: (
+            "the measurements support the figure of the two steps: {figure} "
+            "(--method two_step)"
+        ),
+        SIMULTANEOUS: (
+            "the measurements support the figure of a simultaneous adjustment: "
+            "{figure} (--method simultaneous)"
+        ),
+    }
+)
+WRONG_CONTROL = mark(
+    "a simultaneous adjustment shows what a wrong control point does: {figure} "
+    "(--method simultaneous)"
+)
 # whose figure may be the larger one
 BETTER_BY_LEFT_OUT = mark_each(
     {
@@ -239,9 +256,20 @@ def _better(choice):
     if choice.reason is ChoiceReason.MORE_POINTS:
         n_new = getattr(choice, f"n_{choice.method}")
         return translated(BETTER_OF_POINTS[choice.method], n=n_new, **said)
-    is_nearer = choice.reason is ChoiceReason.LEFT_OUT
-    words = BETTER_BY_LEFT_OUT if is_nearer else BETTER
-    return translated(words[choice.method], **said)
+    return translated(_why_better(choice), **said)
+
+
+def _why_better(choice):
+    """Sentence of the figure of the better way: it may be the larger one."""
+    if choice.reason is ChoiceReason.LEFT_OUT:
+        return BETTER_BY_LEFT_OUT[choice.method]
+    other = SIMULTANEOUS if choice.method == TWO_STEP else TWO_STEP
+    if getattr(choice, choice.method).value > getattr(choice, other).value:
+        if choice.reason is ChoiceReason.SUPPORTED:
+            return SUPPORTED[choice.method]
+        if choice.reason is ChoiceReason.WRONG_CONTROL:
+            return WRONG_CONTROL
+    return BETTER[choice.method]
 
 
 def _cause(assessment):
