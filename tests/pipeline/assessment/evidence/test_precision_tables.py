@@ -141,6 +141,14 @@ def test_covariance_between_named_points(good_result):
     assert chosen[["point_id", "neighbour_id"]].to_numpy().tolist() == [list(pairs[0])]
 
 
+@pytest.mark.parametrize("none", [[], (), pd.DataFrame({"one": [], "two": []})])
+def test_no_pairs(good_result, none):
+    assert good_result.covariance_between(none).shape == (0, 2, 2)
+    table = good_result.neighbour_precision(none)
+    assert len(table) == 0
+    assert list(table) == list(good_result.neighbours)
+
+
 def test_pairs_that_cannot_be(good_result):
     with pytest.raises(TableError, match=r"point 99x: it is not among the densified"):
         good_result.covariance_between([("99x", "99x")])

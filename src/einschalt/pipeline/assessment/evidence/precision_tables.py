@@ -245,6 +245,8 @@ def _covariance_in_plan(points):
 def _places(point_ids, pairs):
     """Places of the points of each pair, shape (n_pairs, 2)."""
     asked = np.asarray(pairs, dtype=object)
+    if asked.shape == (0,):  # a list of no pairs
+        asked = asked.reshape(0, 2)
     if asked.ndim != 2 or asked.shape[1] != 2:
         raise TableError(
             f"pairs of the shape {asked.shape}",
