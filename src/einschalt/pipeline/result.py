@@ -171,7 +171,8 @@ class DensificationResult(Result):
         TOTAL [m]: enlarged where measurements exceed it), and ``is_within_tolerance``
         where a tolerance is set. ``is_suspect`` holds points as well that were measured
         under another name, and known points that contradict the claim. In the system of
-        the results (``output_crs``).
+        the results (``output_crs``). Their order differs between the methods: join
+        results by ``point_id``.
         """
         with one_blas_thread():  # they may be asked for before the assessment
             found = judged_points(self.examination)

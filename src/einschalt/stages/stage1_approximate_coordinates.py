@@ -90,7 +90,9 @@ def approximate_coordinates(
     kind : {"affine", "helmert", "rigid", "helmert_3d"}
     coverage_mean : {"all", "most_central"}
     weighting : {"plain", "weighted"}
-        Weights 1 / m_t² where weighted.
+        Weights 1 / m_t² where weighted; there a model with a redundancy below 30 has
+        the m_0 of all models together, since its own says little (in ``transform`` of
+        ``transformation`` it has its own).
 
     Returns
     -------

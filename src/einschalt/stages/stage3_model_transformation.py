@@ -71,7 +71,7 @@ class ModelTransformation(ModelResult):
         [, residual_height] [m] (transformed minus given), leverage, redundancy_number
         (means of easting and northing), w (length of the standardized residual vector,
         √(w_E² + w_N²)), p_value (joint test of both coordinates, of spatial
-        models the less probable of plan and height, after Bonferroni; NaN where
+        models the less probable of plan and height, after Bonferroni; both NaN where
         the redundancy is 2 or less), is_suspect (after Holm over the points of the
         model, with the significance 0.001).
     failures : DataFrame

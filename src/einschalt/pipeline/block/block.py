@@ -279,10 +279,11 @@ class Block:
     group_errors_m : dict of str to float
         TOTAL standard error of the shift that control_points, or approximate_points, of
         one ``group`` share [m], beside their own errors; estimated where it is left
-        out.
+        out. It is propagated; fits and adjustments weigh points as if independent.
     correlation_lengths_m : dict of str to float
         Distance L over which errors of control_points, or approximate_points, are
-        alike [m]: their correlation is exp(−d/L); 0 where they are independent.
+        alike [m]: their correlation is exp(−d/L); 0 where they are independent. As for
+        groups, propagated, not weighed.
 
     Raises
     ------

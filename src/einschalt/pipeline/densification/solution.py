@@ -27,7 +27,9 @@ class Solution:
         no part, of one adjustment)], difference_easting,
         difference_northing [, difference_height] (densified minus given, control and
         check points only) [, distributed_easting, distributed_northing (part of the
-        coordinates that comes from the distribution of residuals)] [m].
+        coordinates that comes from the distribution of residuals)] [m]. In the order in
+        which they first stand in the model points: of the low flight in two steps, of
+        the high and then the low flight in one adjustment.
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy, m_0, s_0,
         is_usable, reason, then the parameters.
