@@ -162,7 +162,8 @@ class ParallaxOrientation(OrientationResult):
         ----------
         model_points : DataFrame
             [coverage,] model_id, point_id, x, y, z in the system and unit of the
-            parallaxes, and any other columns.
+            parallaxes, and any other columns. y is midway between both rays, as of a
+            floating mark: that of the left ray less half of the parallax.
 
         Returns
         -------
