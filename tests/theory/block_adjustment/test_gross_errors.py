@@ -12,6 +12,7 @@ from einschalt.theory.block_adjustment.gross_errors import (
     downweight,
     examine_control,
     outlier_free_block,
+    without_far_control,
 )
 
 
@@ -144,3 +145,16 @@ def test_all_wrong_control_is_named_however_much_it_is(make_large_block):
     np.testing.assert_allclose(
         np.median(found.error[wrong], axis=0), [1.0, -0.7], atol=0.02
     )
+
+
+def test_control_that_is_far_off_is_left_out_and_no_other(make_block):
+    block = make_block("dense grid", "affine", every=3)
+    given = np.flatnonzero(block.is_control)
+    same = without_far_control(adjust(block), 0.01)
+    assert list(np.flatnonzero(same.is_control)) == list(given)
+    control = block.control.copy()
+    control[given[2]] += [5.0, -3.0]
+    left = without_far_control(adjust(replace(block, control=control)), 0.01)
+    assert list(np.flatnonzero(left.is_control)) == list(np.delete(given, 2))
+    # also of the redundancy
+    assert adjust(left).redundancy == adjust(block).redundancy - 2

@@ -107,22 +107,6 @@ def dense_deviance(observations, bent):
     return f * np.log(omega / f) + 2.0 * logs, f
 
 
-@pytest.mark.parametrize("quadratic", [0.0, 0.05])
-def test_control_that_is_far_off_is_as_if_it_were_not_given(quadratic):
-    """Also in the redundancy, which the likelihood and the steps contain."""
-    given, _ = strip(3, 8, quadratic=quadratic)
-    row = np.flatnonzero(given.is_control)[2]
-    control = given.control.copy()
-    control[row] += [5.0, -3.0]
-    found = estimate_own_deformation(adjust(replace(given, control=control)))
-    control[row] = np.nan
-    expected = estimate_own_deformation(adjust(replace(given, control=control)))
-    assert (found.size > 0.0).any() == (quadratic > 0.0)
-    np.testing.assert_allclose(found.size, expected.size, rtol=1e-6)
-    if quadratic:  # otherwise it is that of drawn residuals
-        assert found.p_value == pytest.approx(expected.p_value, rel=1e-4)
-
-
 def test_the_likelihood_is_that_of_one_dense_matrix():
     observations, _ = strip(1, 4, quadratic=0.05, spacing=25.0)
     plain = adjust(observations)

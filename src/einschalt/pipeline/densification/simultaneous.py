@@ -44,6 +44,7 @@ from einschalt.stages.simultaneous.observations import (
     code_block,
 )
 from einschalt.stages.simultaneous.own_deformation import (
+    estimate_beside_control,
     estimate_for,
     is_detected,
     sampled_part,
@@ -497,7 +498,8 @@ def own_deformation_of(searched, settings, approximations):
     try:
         if tables.is_spatial:
             sample = with_errors_that_show(tables, sample)
-        own = estimate_for(tables, sample, _shared_terms(tables, sample, kinds))
+        estimate = estimate_for if block.high_flight else estimate_beside_control
+        own = estimate(tables, sample, _shared_terms(tables, sample, kinds))
     except NoConvergenceError:
         return None
     return own if is_detected(own) else None

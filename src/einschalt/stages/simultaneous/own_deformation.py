@@ -9,9 +9,15 @@ from einschalt.stages.simultaneous.variance_components import (
     weigh_groups,
     with_errors_as_shown,
 )
-from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
+from einschalt.theory.adjustment.significance import (
+    FINDING_SIGNIFICANCE,
+    OWN_DEFORMATION_SIGNIFICANCE,
+)
 from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
-from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
+from einschalt.theory.block_adjustment.gross_errors import (
+    OutlierFreeBlock,
+    without_far_control,
+)
 from einschalt.theory.block_adjustment.observations import Part
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
@@ -68,6 +74,21 @@ def estimate_for(tables, sample, terms=()):
     What larger errors of a whole flight explain as well is no deformation.
     """
     return _estimated(tables, sample, adjust_models, sample.observations, terms)
+
+
+def estimate_beside_control(tables, sample, terms):
+    """As :func:`estimate_for`, where control takes no part in what is computed.
+
+    What bends models is no control then that is far off.
+    """
+    own = estimate_for(tables, sample, terms)
+    if not is_detected(own):
+        return own
+    plain = adjust_models(sample.observations, terms, is_rough=True)
+    left = without_far_control(plain, FINDING_SIGNIFICANCE)
+    if np.array_equal(left.is_control, sample.observations.is_control):
+        return own
+    return estimate_for(tables, replace(sample, observations=left), terms)
 
 
 def _estimated(tables, sample, adjust, *observed):

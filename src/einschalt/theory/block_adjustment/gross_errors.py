@@ -23,6 +23,7 @@ from einschalt.theory.block_adjustment.block_tests import (
 from einschalt.theory.block_adjustment.determinacy import loose_models
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
+FAR = 6.0  # times the usual contradiction of a given point, which is no chance
 MOST_STEPS = 100
 # of the worst w, above which observations are taken out in the same step
 NEARLY_WORST = 0.5
@@ -352,3 +353,22 @@ def examine_control(solution, significance) -> ControlVerdict:
         for name, values in found.items():
             values[~is_suspect] = getattr(tests, name)[~is_suspect]
     return ControlVerdict(is_suspect, **found, without=solution)
+
+
+def without_far_control(solution, significance):
+    """Observations without the given points that contradict the block by far.
+
+    By more than ``FAR`` times what is usual for the others, as names and systems make
+    it: they bend the models that hold them. Others check each of them, so that what is
+    left holds the block.
+    """
+    verdict = examine_control(solution, significance)
+    size = np.abs(verdict.w)
+    others = size[~verdict.is_suspect & np.isfinite(size)]
+    observations = solution.observations
+    if not verdict.is_suspect.any() or not len(others):
+        return observations
+    usual = np.median(others) / np.sqrt(chdtri(observations.control.shape[1], 0.5))
+    control = observations.control.copy()
+    control[verdict.is_suspect & (size > FAR * usual)] = np.nan
+    return replace(observations, control=control)

@@ -23,16 +23,14 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
-from scipy.special import chdtrc, chdtri, comb
+from scipy.special import chdtrc, comb
 
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
-from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     CUBIC,
     QUADRATIC,
 )
-from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
     PLAN,
@@ -84,25 +82,14 @@ def estimate_own_deformation(plain) -> OwnDeformation:
     guess = _first_guess(plain.observations)
     if not _has_residuals(plain, guess):
         return _nothing(guess)
-    good, p_value = _looked_at(plain, guess)
-    if not p_value < WORTH_A_LOOK:
-        return _nothing(guess, p_value)
-    held = _without_wrong_control(plain)
-    if held is not plain:
-        plain = held
-        good, p_value = _looked_at(plain, guess)
-        if not p_value < WORTH_A_LOOK:
-            return _nothing(guess, p_value)
-    return _estimated_twice(plain, good, guess)
-
-
-def _looked_at(plain, guess):
-    """The block without gross errors, and how likely its residuals are; else NaN."""
     # the largest residual alone would be the pattern
     good = _without_gross(plain, plain)
     if not _has_residuals(good, guess) or good.s_0 > NO_DEFORMATION:
-        return good, np.nan
-    return good, chance_of_residuals(good, guess)
+        return _nothing(guess)
+    p_value = chance_of_residuals(good, guess)
+    if not p_value < WORTH_A_LOOK:
+        return _nothing(guess, p_value)
+    return _estimated_twice(plain, good, guess)
 
 
 def chance_with_other_errors(plain, own, limit):
@@ -111,7 +98,6 @@ def chance_with_other_errors(plain, own, limit):
     ``own`` was estimated with these; at least as large as it is below the ``limit``:
     sizes that were not estimated from these residuals explain them less well.
     """
-    plain = _without_wrong_control(plain)
     good = _without_gross(plain, plain)
     bound = _chance(_deviance(good) - _deviance(_bent(good, own)), own)
     if bound < limit:
@@ -265,24 +251,6 @@ def _without_gross(plain, judged):
     sample = sample.of_rows(rows, np.arange(sample.n_models)).observations
     # where all control is far off nothing is left that holds the block
     return plain.adjusted_anew(sample) if sample.is_control.any() else plain
-
-
-def _without_wrong_control(plain):
-    """Block without the control that is far off: it bends the models that hold it."""
-    verdict = examine_control(plain, FINDING_SIGNIFICANCE)
-    size = np.abs(verdict.w)
-    others = size[~verdict.is_suspect & np.isfinite(size)]
-    if not verdict.is_suspect.any() or not len(others):
-        return plain
-    n_axes = plain.observations.control.shape[1]
-    usual = np.median(others) / np.sqrt(chdtri(n_axes, 0.5))
-    is_wrong = verdict.is_suspect & (size > GROSS * usual)
-    if not is_wrong.any():
-        return plain
-    control = plain.observations.control.copy()
-    control[is_wrong] = np.nan
-    # others check each of them, so that what is left holds the block
-    return plain.adjusted_anew(replace(plain.observations, control=control))
 
 
 def _first_guess(observations):
