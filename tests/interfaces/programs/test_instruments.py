@@ -3,7 +3,10 @@
 import pytest
 from fuzz.foreign_files import READ
 
+import einschalt as es
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.programs.recognised import read_foreign
 
 
@@ -20,7 +23,7 @@ def test_words_of_both_lengths_units_and_kinds_of_points(tmp_path):
     assert table["northing"].tolist() == [-2.25, 3.22]
     assert table["height"].iloc[0] == 3.5
     said = " ".join(found.notes)
-    assert "a.gsi: 1 lines without coordinates left out" in said
+    assert "a.gsi: 1 line without coordinates left out" in said
     assert "without the zeros that lead the names" in said
 
 
@@ -49,12 +52,100 @@ def test_what_is_no_coordinate_in_metres_is_refused(tmp_path, old, new, said):
         read(tmp_path, "a.gsi", line.replace(old, new))
 
 
+ANGLES = "21.102+10000000 22.102+10000000 31..00+00100000"
+OF_TARGET = "81..00+00100000 82..00+00200000 83..00+00050000"
+OF_STATION = "84..00+00900000 85..00+00800000 86..00+00010000"
+
+
+@pytest.mark.parametrize(
+    ("words", "place"),
+    [
+        (f"{ANGLES} {OF_TARGET} {OF_STATION}", [100.0, 200.0, 50.0]),
+        (f"{OF_STATION} {OF_TARGET}", [100.0, 200.0, 50.0]),
+        (OF_STATION, [900.0, 800.0, 10.0]),
+        ("81..00+00100000 82..00+00200000 86..00+00010000", [100.0, 200.0]),
+    ],
+)
+def test_a_target_never_gets_coordinates_of_its_station(tmp_path, words, place):
+    table = read(tmp_path, "a.gsi", f"110001+000000P1 {words}\n")
+    assert table.tables["control_points"].iloc[0, 1:].tolist() == place
+
+
+@pytest.mark.parametrize("index", ["21", "22", "31", "32", "33"])
+def test_a_line_of_measurements_has_no_point_of_its_station(tmp_path, index):
+    lines = f"110001+000000P1 {OF_TARGET}\n110003+000000P2 {index}..."
+    found = read(tmp_path, "a.gsi", f"{lines}2+10000000 {OF_STATION}\n")
+    assert found.tables["control_points"]["point_id"].tolist() == ["P1"]
+    assert "a.gsi: 1 line without coordinates left out" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        (f"110001+00Baum 1 {OF_TARGET}", "Baum 1"),
+        (f"110001+000000P1 71....+00Baum 1 {OF_TARGET}", "P1"),
+        (f"110001+000000P1 71....+Baum 1   {OF_TARGET}", "P1"),
+        (f"110001+000000P1 71....+Baum 1 {OF_TARGET}", "P1"),
+        (f"110001+000000P1 {OF_TARGET} 71....+Baum 1", "P1"),
+        (f"110001+000000P1  51....+0000+000  {OF_TARGET}", "P1"),
+        (f"110001+00081..0 {OF_TARGET}", "81..0"),
+    ],
+)
+def test_words_of_gsi_have_their_width_and_may_hold_blanks(tmp_path, line, name):
+    table = read(tmp_path, "a.gsi", line + "\n").tables["control_points"]
+    assert table.to_numpy().tolist() == [[name, 100.0, 200.0, 50.0]]
+
+
+def test_names_of_gsi_16_may_hold_blanks(tmp_path):
+    line = "*110001+000000Alter Turm 81..00+0000000000100000 71....+0000000alte Mauer"
+    found = read(tmp_path, "a.gsi", line + " 82..00-0000000000200000\n")
+    table = found.tables["control_points"]
+    assert table.to_numpy().tolist() == [["Alter Turm", 100.0, -200.0]]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("a.gsi", f"110001+000000P1 {OF_TARGET}\n"), ("a.jxl", READ["a.jxl"][0])],
+)
+def test_metres_become_the_unit_of_the_system(tmp_path, name, text):
+    read(tmp_path, name, text)
+    metres = es.read_points(tmp_path / name, crs="EPSG:32618")
+    feet = es.read_points(tmp_path / name, crs="EPSG:2263")  # US survey feet
+    plane, foot = ["easting", "northing"], 1200.0 / 3937.0
+    assert metres.loc[0, "height"] == feet.loc[0, "height"]
+    expected = (metres.loc[0, plane] / foot).tolist()
+    assert feet.loc[0, plane].tolist() == pytest.approx(expected, rel=1e-12)
+    said = f"{name}: easting, northing converted from metres to US survey foot"
+    assert said in feet.attrs["notes"]
+
+
+def test_what_is_left_out_is_counted_in_both_forms():
+    one, two = "a.gsi: 1 line without", "a.gsi: 2 lines without"
+    with written_in("de"):
+        told = [retold(f"{start} coordinates left out") for start in (one, two)]
+        grid = retold("a.jxl: 1 point without grid left out")
+    assert told == [
+        "a.gsi: 1 Zeile ohne Koordinaten weggelassen",
+        "a.gsi: 2 Zeilen ohne Koordinaten weggelassen",
+    ]
+    assert grid == "a.jxl: 1 Punkt ohne Gitterkoordinaten weggelassen"
+
+
+@pytest.mark.parametrize(("east", "north"), [("NaN", "abc"), ("abc", "NaN")])
+def test_each_word_of_a_grid_is_looked_at(tmp_path, east, north):
+    text = READ["a.jxl"][0].replace("1.5</East>", f"{east}</East>")
+    text = text.replace("2.25</North>", f"{north}</North>")
+    assert north in text
+    with pytest.raises(EinschaltError, match="'abc' of point P 1 is no number"):
+        read(tmp_path, "a.jxl", text)
+
+
 def test_points_without_a_grid_are_counted(tmp_path):
     text = READ["a.jxl"][0]
     found = read(tmp_path, "a.jxl", text)
     table = found.tables["control_points"]
     assert table.to_numpy().tolist() == [["P 1", 1.5, 2.25, 3.5]]
-    assert any("a.jxl: 1 points without grid left out" in n for n in found.notes)
+    assert any("a.jxl: 1 point without grid left out" in n for n in found.notes)
     with pytest.raises(EinschaltError, match="'wide' of point P 1 is no number"):
         read(tmp_path, "a.jxl", text.replace("1.5</East>", "wide</East>"))
     with pytest.raises(EinschaltError, match="Choose a coordinate system in the job"):

@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
-from einschalt.interfaces.programs.foreign import Foreign, is_finite, unseen
+from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite, unseen
 
 EXPECTED = "a job as Trimble's programs export it: Reductions with points"
 AXES = ("East", "North", "Elevation")
@@ -39,10 +40,10 @@ def read_jobxml(file) -> Foreign:
     table[["easting", "northing", "height"]] = np.array(places)
     notes = [unseen(file.source)]
     if n_others:
-        notes.append(f"{file.source}: {n_others} points without grid left out")
-    return Foreign(
-        {"control_points": table.dropna(axis=1, how="all")}, None, tuple(notes)
-    )
+        left_out = kept("{n:point|points} without grid left out", n=n_others)
+        notes.append(f"{file.source}: {left_out}")
+    tables = {"control_points": table.dropna(axis=1, how="all")}
+    return Foreign(tables, None, tuple(notes), unit=METRES, unit_m=1.0)
 
 
 def _point(point, source):
@@ -51,8 +52,9 @@ def _point(point, source):
     if not name:
         raise damaged(source, "a point of the reductions has no name", EXPECTED)
     words = ["" if grid is None else text_of(grid, axis) for axis in AXES]
-    wrong = [word for word in words if word and not is_finite(word)]
-    if wrong and wrong[0].casefold() != "nan":
+    said = [word for word in words if word and word.casefold() != "nan"]
+    wrong = [word for word in said if not is_finite(word)]
+    if wrong:
         raise damaged(source, f"{wrong[0]!r} of point {name} is no number", EXPECTED)
     place = [float(word) if is_finite(word) else np.nan for word in words]
     return name, np.array(place)

@@ -2,7 +2,8 @@
 
 A word is an index of two digits, four characters on it, a sign and the digits, as
 ``81..10+00013826``: the easting 13.826 m. A line with ``*`` before it has sixteen. The
-unit is the last of the four: millimetres, tenths or hundredths of them.
+unit is the last of the four: millimetres, tenths or hundredths of them. Words have a
+fixed width, so that names and remarks may hold blanks.
 """
 
 import re
@@ -12,19 +13,28 @@ import pandas as pd
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
+    METRES,
     Foreign,
     lines_of,
     require_rows,
     unseen,
 )
 
-WORD = re.compile(r"(\d\d)(..)(.)(.)([+-])(\S+)")
-NAMED = re.compile(r"(11)(....)([+-])(\S+)")
+# the digits, of their width; a remark that has another one ends where a word begins
+WORD = (
+    r"\s*(?P<index>\d\d)(?P<more>\S{{3}})(?P<unit>\S)(?P<sign>[+-])"
+    r"(?P<digits>.{{{0}}}(?=\s|$)|.*?(?=\s+\d\d\S{{4}}[+-]|$))"
+)
+WORDS = {n_digits: re.compile(WORD.format(n_digits)) for n_digits in (8, 16)}
+NAME = "11"
 EXPECTED = "words such as 81..10+00013826, the first of them a name of index 11"
-AXES = {"81": 0, "82": 1, "83": 2, "84": 0, "85": 1, "86": 2}  # of targets, stations
-METRES = {"0": 1e-3, "6": 1e-4, "8": 1e-5}
+TARGET, STATION = ("81", "82", "83"), ("84", "85", "86")
+# of a line with them the point is the target, and stands elsewhere than the station
+MEASUREMENTS = ("21", "22", "31", "32", "33")
+UNITS = {"0": 1e-3, "6": 1e-4, "8": 1e-5}  # [m]
 FEET = ("1", "7")
 
 
@@ -54,48 +64,59 @@ def read_gsi(file) -> Foreign:
     notes = [unseen(file.source)]
     notes.append(f"{file.source}: without the zeros that lead the names")
     if n_others:
-        notes.append(f"{file.source}: {n_others} lines without coordinates left out")
-    return Foreign({"control_points": table}, None, tuple(notes))
+        left_out = kept("{n:line|lines} without coordinates left out", n=n_others)
+        notes.append(f"{file.source}: {left_out}")
+    tables = {"control_points": table}
+    return Foreign(tables, None, tuple(notes), unit=METRES, unit_m=1.0)
 
 
 def _point(line, source):
     """Name of a point, None of another line, and its coordinates, NaN where none."""
-    is_long = line.text.startswith("*")
-    first, *rest = line.text.removeprefix("*").split()
-    n_digits, place = 16 if is_long else 8, np.full(3, np.nan)
-    named = NAMED.fullmatch(first)
-    if named is None:
-        if not WORD.fullmatch(first):
-            raise _unreadable(first, line, source)
+    text, place = line.text.removeprefix("*"), np.full(3, np.nan)
+    n_digits = 16 if line.text.startswith("*") else 8
+    first, *rest = _words(text, n_digits, line, source)
+    if first["index"] != NAME:
         return None, place
-    if len(named[4]) != n_digits:
-        raise _unreadable(first, line, source)
-    for word in rest:
-        found = WORD.fullmatch(word)
-        if found is None or len(found[6]) != n_digits:
-            raise _unreadable(word, line, source)
-        if found[1] in AXES:
-            place[AXES[found[1]]] = _metres(found, line, source)
-    return named[4].lstrip("0") or "0", place
+    if len(first["digits"]) != n_digits:
+        raise _unreadable(first[0], line, source)
+    given = {word["index"]: word for word in rest}
+    is_station = given.keys().isdisjoint((*TARGET, *MEASUREMENTS))
+    for axis, index in enumerate(STATION if is_station else TARGET):
+        if index in given:
+            place[axis] = _metres(given[index], n_digits, line, source)
+    return first["digits"].strip().lstrip("0") or "0", place
 
 
-def _metres(found, line, source):
-    _, _, _, unit, sign, digits = found.groups()
+def _words(text, n_digits, line, source):
+    """Words of a line, each as a match of its parts."""
+    words, start = [], 0
+    while start < len(text):
+        word = WORDS[n_digits].match(text, start)
+        if word is None:
+            raise _unreadable(text[start:].split()[0], line, source)
+        words.append(word)
+        start = word.end()
+    return words
+
+
+def _metres(word, n_digits, line, source):
+    said, unit, digits = word[0].strip(), word["unit"], word["digits"]
     if unit in FEET:
         raise FileError(
-            f"word {found[0]} is in feet",
+            f"word {said} is in feet",
             expected="metres",
             remedy="Set the instrument to metres, and export it again",
             file=source,
             row=line.row,
         )
-    if unit not in METRES or not digits.isdecimal():
-        raise _unreadable(found[0], line, source)
+    is_whole = len(digits) == n_digits and digits.isdecimal()
+    if unit not in UNITS or not is_whole:
+        raise _unreadable(said, line, source)
     # exact, as the digits are: 13826180 * 1e-3 is not 13826.18
-    value = int(digits) / round(1.0 / METRES[unit])
-    return -value if sign == "-" else value
+    value = int(digits) / round(1.0 / UNITS[unit])
+    return -value if word["sign"] == "-" else value
 
 
 def _unreadable(word, line, source):
-    said = f"{shortened(word)!r} is no word of GSI"
+    said = f"{shortened(word.strip())!r} is no word of GSI"
     return damaged(source, said, EXPECTED, line.row)
