@@ -60,7 +60,8 @@ def test_blanks_between_digits_of_many_names_part_nothing():
     assert names_meant(["1 001"], [], ["1001", "01001"]) == {}
 
 
-def test_zeros_that_end_decimals_are_gone_where_a_number_was_made_of_a_name():
-    assert pair_meant(["1.1", "2.1", "3.1"], ["1.10", "2.10"]) == ("1.1", "1.10")
-    assert pair_meant(["P1.1", "P2.1"], ["P1.10", "P2.10"]) is None
+def test_zeros_that_end_decimals_make_another_name():
+    """Stations have points 1.1 to 1.10; only a workbook makes one name of them."""
+    assert pair_meant(["1.1", "2.1", "3.1"], ["1.10", "2.10"]) is None
+    assert names_meant(["1.20", "1.10"], ["2.1"], ["1.1", "1.2"]) == {}
     assert names_meant(["10"], ["x"], ["100"]) == {}

@@ -13,7 +13,6 @@ BLANKS, NOTHING = re.compile(r"\s+"), re.compile(r"(?!)")
 IN_THOUSANDS, FEWEST_OF_A_HABIT = re.compile(r"[1-9]\d{0,2}(\s\d{3})+"), 3
 NOT_BETWEEN_DIGITS = re.compile(r"(?<!\d)/|/(?!\d)")
 DECIMALS_OF_NONE = re.compile(r"(?<=\d)[.,]0+$")  # as programs write a whole number
-ZEROS_OF_DECIMALS = re.compile(r"(\d+[.,]\d*[1-9])0+")  # which a number does not keep
 # letters of other scripts that look Latin as capitals: Greek, then Cyrillic
 OTHER_SCRIPTS = (
     "\u03b1\u03b2\u03b5\u03b6\u03b7\u03b9\u03ba\u03bc\u03bd\u03bf"
@@ -49,12 +48,12 @@ def names_meant(strange, right, others):
     """Tell which of other names may be meant by strange ones, a dict.
 
     The same but for capitals, separators, zeros that lead a number, the decimals of a
-    whole number (1001.0), zeros that end decimals (1.10), accents as characters of
-    their own, Greek or Cyrillic letters that look Latin, and the letter O for a zero;
-    or with two neighbouring letters exchanged, unless ``right`` names turn into others
-    so as well, as numbers without gaps do. Separators between digits part numbers: 1-12
-    is not 11-2; but for blanks before thousands, or in many names. Where several names
-    fit, none is meant.
+    whole number (1001.0), accents as characters of their own, Greek or Cyrillic letters
+    that look Latin, and the letter O for a zero; or with two neighbouring letters
+    exchanged, unless ``right`` names turn into others so as well, as numbers without
+    gaps do. Separators between digits part numbers: 1-12 is not 11-2; but for blanks
+    before thousands, or in many names. Where several names fit, none is meant. For
+    zeros that end decimals see :mod:`einschalt.foundations.names_as_numbers`.
 
     >>> names_meant(["P-007", "1032", "48"], ["1001"], ["p7", "1302", "50"])
     {'P-007': 'p7', '1032': '1302'}
@@ -141,8 +140,6 @@ def _as_seen(name):
 
 def _plain(name):
     seen = DECIMALS_OF_NONE.sub("", _as_seen(name)).casefold()
-    is_decimal = ZEROS_OF_DECIMALS.fullmatch(seen)
-    seen = is_decimal[1] if is_decimal else seen
     digits = O_BESIDE_DIGITS.sub(lambda found: "0" * len(found[0]), seen)
     numbers = LEADING_ZEROS.sub("", SEPARATORS.sub("/", digits))
     return NOT_BETWEEN_DIGITS.sub("", numbers)

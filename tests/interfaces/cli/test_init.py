@@ -12,6 +12,7 @@ import pyogrio
 import pyproj
 import pytest
 import shapely
+import xlsxwriter
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import app
@@ -597,6 +598,62 @@ def test_a_table_that_was_taken_for_ground_points_is_told_so(invoke, tmp_path):
     assert "taken for ground points, the row repeats row 2" in refused.stderr
     said = "to model_id: one of 'Block', 'Gespann'. Otherwise delete one of the two"
     assert said in " ".join(refused.stderr.split())
+
+
+def write_as_book(frame, path):
+    with xlsxwriter.Workbook(path) as book:
+        sheet = book.add_worksheet()
+        for k, row in enumerate([list(frame), *frame.values.tolist()]):
+            sheet.write_row(k, 0, row)
+
+
+def test_a_workbook_of_model_points_names_their_column_as_a_text_does(invoke, tmp_path):
+    """Names like 1.1 had the remedy of two points of which numbers were made."""
+    names = [1.1, 1.2, 1.3, 1.4]
+    points = {"Punkt": names * 2, "Ost": range(8), "Nord": range(8), "Höhe": 100.0}
+    table = pd.DataFrame({"Stereopaar": ["1/2"] * 4 + ["2/3"] * 4, **points})
+    told = []
+    for name in ("paare.xlsx", "paare.csv"):
+        if name.endswith(".xlsx"):
+            write_as_book(table, tmp_path / name)
+        else:
+            table.to_csv(tmp_path / name, index=False)
+        from_file = ("--from", tmp_path / name, "--yes")
+        refused = invoke("init", tmp_path / "new", *from_file)
+        assert refused.exit_code == 2
+        told.append(" ".join(refused.stderr.split()).replace(name, "paare"))
+    assert told[0] == told[1]
+    said = "to model_id: one of 'Stereopaar'. Otherwise delete one of the two"
+    assert said in told[0]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "remedy"),
+    [
+        ("xlsx", "A spreadsheet makes '1.1' of '1.10': give the column of names the"),
+        ("csv", "Rename the points in one of them"),
+    ],
+)
+def test_names_of_which_a_workbook_made_numbers_are_told(
+    invoke, tmp_path, suffix, remedy
+):
+    block = simulate_block("demo", seed=2)
+    known = list(block.control_points["point_id"])
+    typed = {name: f"{k}.10" for k, name in enumerate(known, 1)}
+    made = [float(typed[name]) for name in known]
+    control = block.control_points.assign(point_id=made)
+    path = tmp_path / f"control.{suffix}"
+    if suffix == "xlsx":
+        write_as_book(control, path)
+    else:
+        control.to_csv(path, index=False)
+    for name, flight in (("high", block.high_flight), ("low", block.low_flight)):
+        points = flight.model_points
+        names = points["point_id"].map(lambda one: typed.get(one, f"N{one}"))
+        points.assign(point_id=names).to_csv(tmp_path / f"{name}.csv", index=False)
+    result = invoke("init", tmp_path, "--yes")
+    assert result.exit_code == 2
+    assert remedy in " ".join(result.output.split())
 
 
 def test_names_written_otherwise_are_told_before_a_scale_is_asked(invoke, tmp_path):

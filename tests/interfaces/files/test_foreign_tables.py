@@ -670,7 +670,7 @@ def test_names_that_a_spreadsheet_has_made_one_are_told_with_the_remedy(tmp_path
     frame = understand_table(path, CONTROL_POINTS).frame
     (problem,) = check_table(frame, CONTROL_POINTS, source="t.xlsx").problems
     assert problem.found == "the row repeats row 2"
-    assert problem.remedy.startswith("If one of the two was 1.10, of which a spreadsh")
+    assert problem.remedy.startswith("If one of the two was '1.10', of which a")
     # of a text both rows have what was typed
     (problem,) = check_table(frame, CONTROL_POINTS, source="t.csv").problems
     assert problem.remedy == "Delete one of the two, or rename it"

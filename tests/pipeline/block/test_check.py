@@ -386,7 +386,67 @@ def test_a_name_of_which_a_spreadsheet_may_have_made_another_is_told(
     given = "control_points", file, "high_flight"
     errors, notes = points_in_no_model(listed, is_lost, measured, given)
     assert (errors, len(notes)) == ([], n_told)
-    assert all("point 1.1 may be 1.10, which the high flight" in n for n in notes)
+    said = f"{file}: 1 of {len(names)} points may be others that the high flight holds"
+    assert all(n.startswith(said) and n.endswith(": '1.1' ('1.10')") for n in notes)
+
+
+def test_all_names_of_which_a_number_may_have_been_made_are_counted():
+    names = [f"{k}.1" for k in range(1, 8)]
+    measured = np.array([*names, *(f"{name}0" for name in names)])
+    listed, is_lost = pd.DataFrame({"point_id": names}), np.zeros(7, dtype=bool)
+    given = "control_points", "t.xlsx", "high_flight"
+    _, (note,) = points_in_no_model(listed, is_lost, measured, given)
+    assert note.startswith("t.xlsx: 7 of 7 points may be others")
+    assert note.endswith("'5.1' ('5.10') and 2 more")
+    with written_in("de"):
+        told = retold(note)
+    assert told.startswith("t.xlsx: 7 von 7 Punkten können andere sein")
+    assert told.endswith("'5.1' ('5.10') und noch 2")
+
+
+@pytest.mark.parametrize(
+    ("file", "measured_in", "n_errors"),
+    [
+        ("t.csv", "h.csv", 0),
+        ("t.xlsx", "h.csv", 0),  # which would have lost the zero itself
+        ("t.csv", "h.xlsx", 1),
+    ],
+)
+def test_a_lost_point_is_another_only_where_a_workbook_may_have_made_it(
+    file, measured_in, n_errors
+):
+    """Control 1.10 is not measured; the new point 1.1 is another one in text files."""
+    listed = pd.DataFrame({"point_id": ["1", "2", "1.10"]})
+    measured, is_lost = np.array(["1", "2", "1.1"]), np.array([False, False, True])
+    given = "control_points", file, "high_flight"
+    sources = {"high_flight.model_points": measured_in}
+    errors, notes = points_in_no_model(listed, is_lost, measured, given, sources)
+    assert (len(errors), len(notes)) == (n_errors, 1 - n_errors)
+    assert all("holds the point, but '1.1'" in error.found for error in errors)
+
+
+def test_points_of_a_block_with_and_without_a_zero_are_two(demo_block):
+    """Of text files the block runs, with a note; of a workbook it is asked about."""
+    control, high = demo_block.control_points, demo_block.high_flight.model_points
+    new = next(n for n in high["point_id"] if n not in {*control["point_id"]})
+
+    def renamed(flight):
+        names = flight.model_points["point_id"].replace({new: "1.1"})
+        points = flight.model_points.assign(point_id=names)
+        return replace(flight, model_points=points)
+
+    lost = control.iloc[[0]].assign(point_id="1.10")
+    changed = {
+        "control_points": pd.concat([control, lost], ignore_index=True),
+        "high_flight": renamed(demo_block.high_flight),
+        "low_flight": renamed(demo_block.low_flight),
+    }
+    sources = {"high_flight.model_points": "high.csv"}
+    block = replace(demo_block, **changed, sources=sources)
+    assert any(note.endswith("take no part: 1.10") for note in block.notes)
+    sources = {"high_flight.model_points": "high.xlsx"}
+    with pytest.raises(ConsistencyError, match=r"holds the point, but '1\.1'"):
+        replace(demo_block, **changed, sources=sources)
 
 
 def test_models_whose_photographs_have_no_point_in_common(demo_block):

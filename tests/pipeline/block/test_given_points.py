@@ -142,6 +142,33 @@ def test_names_written_otherwise_are_told_as_pairs_and_no_model_is_deleted(demo_
     assert problem.remedy == f"Write '{name}.0' here as there, where it is '{name}'"
 
 
+@pytest.mark.parametrize(
+    ("suffix", "remedy"),
+    [
+        ("csv", "Correct the names of its points, or delete the model"),
+        ("xlsx", "Write '1{}.5' here as there, where it is '1{}.50'"),
+    ],
+)
+def test_a_workbook_that_took_the_zeros_of_all_names_is_told(
+    demo_block, suffix, remedy
+):
+    control = demo_block.control_points
+    names = control["point_id"].map("1{}.50".format)
+    high = renamed(demo_block.high_flight, "1{}.50".format)
+    low = renamed(demo_block.low_flight, "1{}.5".format)
+    with pytest.raises(EinschaltError) as caught:
+        replace(
+            demo_block,
+            control_points=control.assign(point_id=names),
+            high_flight=high,
+            low_flight=low,
+            sources={"low_flight.model_points": f"low.{suffix}"},
+        )
+    (problem,) = getattr(caught.value, "problems", [caught.value])
+    first = demo_block.low_flight.model_points["point_id"].iloc[0]
+    assert problem.remedy == remedy.format(first, first)
+
+
 def test_names_that_look_the_same_are_told_by_their_codes(demo_block):
     control = demo_block.control_points
     flights = {

@@ -11,7 +11,11 @@ import numpy as np
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.header_units import METRES_PER_LENGTH
 from einschalt.foundations.names import is_among
-from einschalt.foundations.names_as_numbers import REMEDY, lacks_zeros
+from einschalt.foundations.names_as_numbers import (
+    lacks_zeros,
+    pair_made_or_typed,
+    remedy,
+)
 from einschalt.foundations.near_words import pair_meant, told_apart
 from einschalt.pipeline.block.facts import RANGES
 
@@ -162,7 +166,7 @@ def _point_names(table):
 def _nothing_shared(others, table):
     """What is wrong where a table has none of the names of the others."""
     for other in others:
-        pair = pair_meant(_point_names(other), _point_names(table).unique())
+        pair = _pair_of_one_point(other, table)
         if pair is not None:
             return _written_otherwise(other, table, pair)
     one = others[0]
@@ -179,19 +183,25 @@ def _nothing_shared(others, table):
 def _require_alike(one, other):
     if _share_a_name(one, other):
         return
-    pair = pair_meant(_point_names(one), _point_names(other).unique())
+    pair = _pair_of_one_point(one, other)
     if pair is not None:
         raise _written_otherwise(one, other, pair)
 
 
+def _pair_of_one_point(one, other):
+    """Names of a point in tables that write it otherwise; None where they do not."""
+    names = _point_names(one), _point_names(other).unique()
+    files = one.path.name, other.path.name
+    return pair_meant(*names) or pair_made_or_typed(*names, files)
+
+
 def _written_otherwise(one, other, pair):
     written = told_apart(*pair)
-    remedy = "Write them alike, or export one of the files anew"
-    if lacks_zeros(*pair) or lacks_zeros(*pair[::-1]):
-        remedy = REMEDY
+    is_of_numbers = lacks_zeros(*pair) or lacks_zeros(*pair[::-1])
+    alike = "Write them alike, or export one of the files anew"
     return TableError(
         f"{one.title} has '{written[0]}', {other.title} has '{written[1]}', and "
         "they share no name",
         expected="the same names in both",
-        remedy=remedy,
+        remedy=remedy(*pair) if is_of_numbers else alike,
     )

@@ -17,6 +17,7 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.language import mark_each, translated
+from einschalt.foundations.names_as_numbers import remedy_of_two
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
 from einschalt.interfaces.files.flights_apart import require_one_flight
 from einschalt.interfaces.files.input_files import (
@@ -282,12 +283,12 @@ def _looked(file, kind, table, said):
     require_one_flight(table.frame, fit, file.source)
     checked = tables.check_table(table.frame, fit, source=file.source)
     left_out = names_not_in(table.frame, fit.names)
-    raise_problems(_said_of_guess(kind, checked.problems, left_out))
+    raise_problems(_said_of_guess(kind, checked.problems, left_out, file.source))
     found = (said, table.notes, table.crs, left_out, table.unit)
     return Looked(file.path, kind, checked.frame, *found)
 
 
-def _said_of_guess(kind, problems, left_out):
+def _said_of_guess(kind, problems, left_out, file):
     """Faults of a table that may be of another kind: points that stand in it twice.
 
     Points stand in a table of model points once for each model.
@@ -301,7 +302,7 @@ def _said_of_guess(kind, problems, left_out):
             remedy="If it holds model points, rename the column of their models to "
             f"model_id: one of {unknown}. Otherwise delete one of the two",
         )
-        if problem.remedy == tables.DOUBLED
+        if problem.remedy in (tables.DOUBLED, remedy_of_two(problem.point, file))
         else problem
         for problem in problems
     ]

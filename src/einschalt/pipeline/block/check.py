@@ -313,16 +313,17 @@ class _Check:
         ground, flight_name = self._ground_and_flight()
         if ground is None or self.block.may_be_unmeasured:
             return
-        frame = self.checked[ground]
-        is_lost = ~is_among(frame["point_id"], self._measured(flight_name))
+        frame, measured = self.checked[ground], self._measured(flight_name)
+        is_lost = ~is_among(frame["point_id"], measured)
         if ground == "control_points" and self._has_models("low_flight"):
             in_low = is_among(frame["point_id"], self._measured("low_flight"))
             is_lost &= ~((frame["role"] == "check").to_numpy() & in_low)
 
         if is_lost.any():
-            measured = self._measured(flight_name)
             given = ground, self._file(ground), flight_name
-            problems, notes = points_in_no_model(frame, is_lost, measured, given)
+            problems, notes = points_in_no_model(
+                frame, is_lost, measured, given, self.block.sources
+            )
             self.problems += problems
             self.notes += notes
             self.are_names_strange = bool(is_lost.all())
@@ -407,11 +408,12 @@ class _Check:
         if has_enough or is_lost.sum() < counted.is_first.sum():
             self.models += [problem(place) for place in places]
         else:
-            rest = "no model has enough common points"
-            problems = tables.listed(places, problem, rest)
+            faults = tables.listed(places, problem, "no model has enough common points")
             if not counted.is_known.any():
-                problems = with_names_alike(problems, table["point_id"], known)
-            self.problems += problems
+                faults = with_names_alike(
+                    faults, table, known, (flight_name, onto), self.block.sources
+                )
+            self.problems += faults
 
     def _is_adjusted_in_one(self):
         """Whether the block's own settings ask for one adjustment of all models."""

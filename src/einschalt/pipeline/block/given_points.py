@@ -6,6 +6,7 @@ computed, where one of them is wrong: of a region, or of a single point.
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,12 @@ from einschalt.foundations.errors import ConsistencyError, TableError, name_some
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode, is_among
-from einschalt.foundations.names_as_numbers import is_of_workbook, number_made_of
+from einschalt.foundations.names_as_numbers import (
+    is_of_workbook,
+    made_or_typed,
+    number_made_of,
+    pair_made_or_typed,
+)
 from einschalt.foundations.near_words import (
     looks_the_same,
     names_meant,
@@ -53,6 +59,7 @@ COVARIANCES = {
     "covariance_eh": ("easting", "height"),
     "covariance_nh": ("northing", "height"),
 }
+NO_FILES = MappingProxyType({})
 # of numbers that were rounded as they were written
 ROUNDED = 1e-6
 SQUARE_M_PER_SQUARE_MM = 1e-6
@@ -162,7 +169,7 @@ def heights_that_are_none(frame, file):
     return tables.listed(places, problem, "so it is"), notes
 
 
-def points_in_no_model(frame, is_lost, measured, given):
+def points_in_no_model(frame, is_lost, measured, given, sources=NO_FILES):
     """Problems of names that look misspelt, and a note that counts the other points.
 
     If no point at all is measured, names are of another kind: all of them are problems.
@@ -177,6 +184,8 @@ def points_in_no_model(frame, is_lost, measured, given):
         Names that models hold.
     given : tuple of str
         Section of block.toml, name of the file, and name of the flight.
+    sources : dict, optional
+        Names of the files of a block, by table.
 
     Returns
     -------
@@ -185,7 +194,7 @@ def points_in_no_model(frame, is_lost, measured, given):
     """
     ground, file, flight_name = given
     names, flight = frame["point_id"], flight_name.replace("_", " ")
-    meant = _meant(names, is_lost, measured)
+    meant = _meant(names, is_lost, measured, (file, _file_of(flight_name, sources)))
 
     def problem(place):
         found = f"no model of the {flight} holds the point"
@@ -233,19 +242,29 @@ def _lost_zeros(names, measured, file, flight):
     doubtful = [n for n in ending if n not in known and number_made_of(n) in both]
     if not doubtful:
         return []
-    one, made = doubtful[0], number_made_of(doubtful[0])
+    pairs = name_some(f"'{number_made_of(name)}' ('{name}')" for name in doubtful)
+    n_points = len({number_made_of(name) for name in doubtful})
     note = (
-        f"{file}: point {made} may be {one}, which the {flight} holds as well: a "
-        "spreadsheet makes one number of both; give names the format Text"
+        f"{file}: {n_points} of {len(names)} points may be others that the {flight} "
+        "holds as well, since a spreadsheet makes one number of both names; give names "
+        f"the format Text: {pairs}"
     )
     return [note]
 
 
-def _meant(names, is_lost, measured):
+def _file_of(name, sources):
+    """Name of the file of a table, or of the measured points of a flight."""
+    name = name.removeprefix("the ").replace(" ", "_")  # as errors say it
+    tables_of = f"{name}.image_points", f"{name}.model_points", name
+    return next((sources[one] for one in tables_of if one in sources), "")
+
+
+def _meant(names, is_lost, measured, files):
     """Measured names without coordinates that given ones may be, a dict."""
     measured = pd.Series(measured)
     others = measured[~is_among(measured, names)]
-    return names_meant(names[is_lost], names[~is_lost][:MOST_NAMES], others)
+    meant = names_meant(names[is_lost], names[~is_lost][:MOST_NAMES], others)
+    return made_or_typed(names[is_lost], others, files) | meant
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,12 +366,14 @@ def nothing_but_check_points(file):
     )
 
 
-def with_names_alike(problems, names, known):
+def with_names_alike(problems, table, known, of, sources=NO_FILES):
     """Errors of models that share no name with what is known.
 
-    With a pair of names as remedy, where they are written otherwise there.
+    With a pair of names as remedy, where they are written otherwise there. ``of``: what
+    the models and the known points are of, a flight and a table or another flight.
     """
-    pair = pair_meant(names, known)
+    names, files = table["point_id"], [_file_of(name, sources) for name in of]
+    pair = pair_meant(names, known) or pair_made_or_typed(names, known, files)
     if pair is None:
         return problems
     here, there = told_apart(*pair)
