@@ -24,6 +24,10 @@ def with_column(name, values):
         ("flight", ["H", " L", "L"]),
         ("Bildmaßstab", [15000, 15000, 8000]),
         ("Échelle", ["1/8000", "1/8000", "1/15000"]),
+        ("Maßstab", ["1:15 012,3", "1:14987.1", "1: 8'000"]),
+        ("Flughöhe", ["1200 m", "1210", "2500"]),
+        ("Flughöhe", ["hoch", "tief", "tief"]),
+        ("Flug", ["10", "10", "11"]),
     ],
 )
 def test_a_column_of_two_flights_is_told(name, values):
@@ -36,14 +40,48 @@ def test_a_column_of_two_flights_is_told(name, values):
     [
         ("Flug", "tief"),
         ("Flug", ["tief", "", None]),
-        ("Flug", ["1", "2", "3"]),  # strips
+        ("Maßstabszahl", [15012.3, 14987.1, 15012.3]),
+        ("Maßstabszahl", [10000.0, 11000.0, 12500.0]),
+        ("Flughöhe", ["1200 m", "1200", "1210"]),
+        ("Flughöhe", ""),
         ("Bemerkung", ["gut", "gut", "nass"]),
     ],
 )
 def test_other_columns_are_passed_over(name, values):
-    require_one_flight(with_column(name, values), MODEL_POINTS, "t.csv")
+    table = with_column(name, values)
+    assert require_one_flight(table, MODEL_POINTS, "t.csv") == []
     points = with_column("Flug", ["hoch", "hoch", "tief"])
-    require_one_flight(points, CONTROL_POINTS, "t.csv")  # known from either flight
+    # known from either flight
+    assert require_one_flight(points, CONTROL_POINTS, "t.csv") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("mission", ["2024-05-03", "2024-05-04", "2024-05-04"], "2024-05-03, 2024-"),
+        ("Mission", ["A", "B", "B"], "A, B"),
+        ("Bildflug", ["3.5.2024", "4.5.2024", ""], "3.5.2024, 4.5.2024"),
+        ("Bildflug", [2019, 2020, 2020], "2019, 2020"),
+        ("Flughöhe", [1, 2, 2], "1, 2"),  # of a list
+        ("Flug", ["1", "2", "3"], "1, 2, 3"),  # or strips
+        ("Maßstab", [30000, 8000, 15000], "8000, 15000, 30000"),
+    ],
+)
+def test_what_may_be_of_several_flights_is_noted(name, values, said):
+    (note,) = require_one_flight(with_column(name, values), MODEL_POINTS, "t.csv")
+    assert note.startswith(f"t.csv: column '{name}' has the values {said}")
+    assert note.endswith("of several flights, part the rows into a file for each")
+
+
+def test_check_and_init_give_the_note(small_block):
+    low = pd.read_csv(small_block.path / "low_flight.csv", dtype=str)
+    low["mission"] = ["a", "b"] * (len(low) // 2) + ["a"] * (len(low) % 2)
+    low.to_csv(small_block.path / "low_flight.csv", index=False)
+    found = find_problems(small_block.path)
+    assert not found.problems
+    (table,) = look_at(small_block.path / "low_flight.csv", Said())
+    for notes in (found.notes, table.notes):
+        assert [n for n in notes if "column 'mission' has the values a, b: if" in n]
 
 
 def test_init_and_check_tell_it_before_rows_that_stand_twice(small_block):

@@ -4,7 +4,7 @@ Reading looks at everything before it complains: each file, each table, and how 
 tables that are right fit each other (:func:`find_problems`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -229,8 +229,8 @@ class _Reading:
             known = {"source": source, "beside": beside}
             found = self.readers.table(file, schema, said, **known)
             elsewhere.require_some_column(file.path, self.folder, found.frame, schema)
-            require_one_flight(found.frame, schema, source)
-            return found
+            notes = require_one_flight(found.frame, schema, source)
+            return replace(found, notes=(*found.notes, *notes))
 
         done = self._said(section, key, lambda: self._file(source, section, key, read))
         if done is not None:

@@ -1,41 +1,86 @@
 """Two flights in one table: a column that no table of a block has tells them apart.
 
 Models of both flights often have the same names. Where they have not, the table looks
-like that of one flight, whose models have two scales.
+like that of one flight, whose models have two scales. The values of the column decide:
+scales that are nearly the same are of one flight, dates may be of one as well.
 """
+
+import re
+from itertools import pairwise
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
 
-# what has one value in a flight, in English, German, French, Italian and Spanish
+# what has one name in a flight, in English, German, French, Italian and Spanish
 OF_FLIGHTS = {
-    *("flight", "flightname", "flightno", "flightid", "mission", "flyingheight"),
-    *("scale", "imagescale", "photoscale", "scalenumber"),
+    *("flight", "flightname", "flightno", "flightid"),
     *("flug", "flugname", "flugnr", "flugnummer", "bildflug"),
-    *("flughoehe", "massstab", "bildmassstab", "massstabszahl", "bildmassstabszahl"),
-    *("vol", "nomduvol", "hauteurdevol", "echelle", "volo", "quotadivolo", "scala"),
-    *("vuelo", "escala"),
+    *("vol", "nomduvol", "volo", "vuelo"),
 }
+# what has nearly one size in a flight
+OF_SIZES = {
+    *("flyingheight", "scale", "imagescale", "photoscale", "scalenumber"),
+    *("flughoehe", "massstab", "bildmassstab", "massstabszahl", "bildmassstabszahl"),
+    *("hauteurdevol", "echelle", "quotadivolo", "scala", "escala"),
+}
+OF_MISSIONS = {"mission"}  # of which a flight may have several
 N_FLIGHTS = 2
+# of sizes in a flight from one to the next, and below which they are numbers of a list
+MOST_OF_ONE_FLIGHT, LEAST_SIZE = 1.2, 10.0
+SIZE = re.compile(r"(?:1\s*[:/]\s*)?(\d[\d\s'’]*(?:[.,]\d+)?)\s*m?")
+DATE = re.compile(
+    r"\d{4}[-/.]\d\d?[-/.]\d\d?([ T].*)?|\d\d?[-/.]\d\d?[-/.]\d{2,4}"
+    r"|(19|20)\d\d(\d{4})?"
+)
 
 
 def require_one_flight(frame, schema, source):
-    """Refuse a table of models or photographs that has a column of two flights."""
+    """Refuse a table of models or photographs that has a column of two flights.
+
+    Gives notes on columns that may be of several.
+    """
     if not {"model_id", "image_id"}.intersection(schema.key):
-        return
+        return []
+    notes = []
     for name in frame.columns:
+        word = folded(name)
         is_known = name in schema.names or list(frame.columns).count(name) != 1
-        if is_known or folded(name) not in OF_FLIGHTS:
+        if is_known or word not in OF_FLIGHTS | OF_SIZES | OF_MISSIONS:
             continue
-        given = [str(value).strip() for value in frame[name].dropna().unique()]
-        given = sorted({value for value in given if value})
-        if len(given) == N_FLIGHTS:
-            raise _two_flights(str(name), given, source)
+        given = {str(value).strip() for value in frame[name].dropna().unique()}
+        given, n_flights, is_sure = _flights(word, sorted(given - {""}))
+        values = name_some([shortened(value) for value in given])
+        if n_flights == N_FLIGHTS and is_sure:
+            raise _two_flights(str(name), values, source)
+        if n_flights >= N_FLIGHTS:
+            notes.append(
+                f"{source}: column '{shortened(str(name))}' has the values {values}: "
+                "if they are of several flights, part the rows into a file for each"
+            )
+    return notes
 
 
-def _two_flights(name, given, source):
-    values = name_some([shortened(value) for value in given])
+def _flights(word, given):
+    """Values of a column in order, how many flights they tell, and whether surely."""
+    if word not in OF_SIZES:
+        is_sure = word in OF_FLIGHTS and not all(map(DATE.fullmatch, given))
+        return given, len(given), is_sure
+    found = [SIZE.fullmatch(value) for value in given]
+    if not all(found):
+        return given, len(given), True
+    sizes = {v: _number(part[1]) for v, part in zip(given, found, strict=True)}
+    given = sorted(given, key=sizes.get)
+    steps = pairwise(given)
+    n_steps = sum(sizes[b] > MOST_OF_ONE_FLIGHT * sizes[a] for a, b in steps)
+    return given, n_steps + bool(given), not given or sizes[given[0]] >= LEAST_SIZE
+
+
+def _number(text):
+    return float(re.sub(r"[\s'’]", "", text).replace(",", "."))
+
+
+def _two_flights(name, values, source):
     return TableError(
         f"column '{shortened(name)}' has the values {values}, as of two flights",
         expected="one flight in each table",

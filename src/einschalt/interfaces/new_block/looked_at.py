@@ -280,11 +280,11 @@ def _parts(file, said):
 def _looked(file, kind, table, said):
     """The table, checked."""
     fit = fitting_schema(kind, table, said)
-    require_one_flight(table.frame, fit, file.source)
+    notes = (*table.notes, *require_one_flight(table.frame, fit, file.source))
     checked = tables.check_table(table.frame, fit, source=file.source)
     left_out = names_not_in(table.frame, fit.names)
     raise_problems(_said_of_guess(kind, checked.problems, left_out, file.source))
-    found = (said, table.notes, table.crs, left_out, table.unit)
+    found = (said, notes, table.crs, left_out, table.unit)
     return Looked(file.path, kind, checked.frame, *found)
 
 
