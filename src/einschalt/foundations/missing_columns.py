@@ -5,6 +5,11 @@ from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.near_words import nearest
 
 ANGLES = {"easting": "longitude", "northing": "latitude"}
+OF_SECTION = (
+    'Say crs = "EPSG:4326", or the system of the receiver, in the section of these '
+    "points"
+)
+OF_SCRIPT = "Transform them into the system of the block first, with pyproj for example"
 
 
 def columns_in_the_index(missing, names, schema, source):
@@ -18,11 +23,18 @@ def columns_in_the_index(missing, names, schema, source):
     )
 
 
-def missing_column(name, names, schema, source, header):
-    """A column that is missing: in another unit, under another name, or at all.
+def missing_columns(missing, names, schema, source, header):
+    """Errors of the columns that are missing, one of both where angles stand for them.
 
     ``header``: line of the file in which the names stand; None without one.
     """
+    found = [_missing_column(name, names, schema, source, header) for name in missing]
+    of_angles = [one for one in found if one.remedy in (OF_SECTION, OF_SCRIPT)]
+    return [one for one in found if one not in of_angles[1:]]
+
+
+def _missing_column(name, names, schema, source, header):
+    """A column that is missing: in another unit, under another name, or at all."""
     other = in_other_unit(names, schema, name)
     if other is not None:
         unit = next(column.unit for column in schema.columns if column.name == name)
@@ -37,8 +49,7 @@ def missing_column(name, names, schema, source, header):
         return TableError(
             f"column '{name}' is missing, found longitudes and latitudes",
             expected="metres, or the system of these degrees",
-            remedy='Say crs = "EPSG:4326", or the system of the receiver, in the '
-            "section of these points",
+            remedy=OF_SCRIPT if header is None else OF_SECTION,
             file=source,
             row=header,
         )

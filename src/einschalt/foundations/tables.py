@@ -16,7 +16,7 @@ from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.key_columns import SeenNames, row_codes
-from einschalt.foundations.missing_columns import columns_in_the_index, missing_column
+from einschalt.foundations.missing_columns import columns_in_the_index, missing_columns
 from einschalt.foundations.names import CodedColumns
 from einschalt.foundations.names_as_numbers import remedy_of_two
 from einschalt.foundations.number_parsing import MEND, MEND_OR_NONE
@@ -312,11 +312,8 @@ def _check_columns(frame, schema, source):
     problems = []
     if in_index:
         problems.append(columns_in_the_index(in_index, names, schema, source))
-    problems += [
-        missing_column(name, names, schema, source, header)
-        for name in missing
-        if name not in in_index
-    ]
+    lacking = [name for name in missing if name not in in_index]
+    problems += missing_columns(lacking, names, schema, source, header)
     doubled = sorted(name for name, n in Counter(names).items() if n > 1)
     problems += [
         TableError(

@@ -342,7 +342,7 @@ def read_points(
     elif system is not None:
         require_columns(table.frame, system, path.name)
     found = check_table(table.frame, schema, source=path.name)
-    raise_problems(found.problems)
+    raise_problems([answered_elsewhere(one, OF_ARGUMENTS) for one in found.problems])
     given = [name for name in found.frame if name in table.frame]
     frame = found.frame[given].reset_index(drop=True)
     frame.attrs = {"notes": (*table.notes, *found.notes), "crs": table.crs}

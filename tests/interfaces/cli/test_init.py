@@ -952,6 +952,28 @@ def test_longitudes_and_latitudes_are_asked_about_and_not_guessed(
     np.testing.assert_allclose(there, given[axes], rtol=0, atol=1e-5)
 
 
+@pytest.mark.parametrize("said", ["EPSG:4326", "EPSG:4312"])
+def test_a_system_that_contradicts_the_file_is_refused(
+    invoke, receiver, block_folder, tmp_path, said
+):
+    table = pd.read_csv(receiver, dtype={"Name": str})
+    north, east = list(table)[1:3]
+    points = shapely.to_wkb(shapely.points(table[[east, north]].to_numpy()))
+    columns = {"geometry_type": "Point", "crs": "EPSG:4312", "layer": "P"}
+    values = [table[name].to_numpy(dtype=object) for name in ("Name", "role")]
+    path = tmp_path / "P.gpkg"
+    pyogrio.raw.write(path, points, values, ["Name", "role"], driver="GPKG", **columns)
+    files = ("--from", path, *(block_folder / name for name in FLIGHTS))
+    call = ("init", tmp_path / "b", "--crs", "EPSG:31255", *KNOWN, *files)
+    result = invoke(*call, "--points-crs", said)
+    assert (result.exit_code == 0) is (said == "EPSG:4312"), result.output
+    if said == "EPSG:4326":
+        refused = " ".join(result.stderr.split())
+        states = "= WGS 84 (EPSG:4326), but the file states MGI (EPSG:4312)"
+        assert f"P.gpkg: --points-crs {states}" in refused
+        assert not (tmp_path / "b").exists()
+
+
 def test_a_system_of_degrees_that_no_file_holds_is_refused(
     invoke, block_folder, tmp_path
 ):

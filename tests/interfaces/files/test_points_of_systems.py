@@ -1,5 +1,6 @@
 """Control in every system that surveyors have, brought into that of the block."""
 
+from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from tests.moved_block import CONTROL, PLANE, moved_block
 from tests.ntv2_grids import write_ntv2
 
+import einschalt as es
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files import block_folder
@@ -207,11 +209,27 @@ def test_longitudes_and_latitudes_that_are_exchanged_are_told(
 def test_degrees_without_a_system_are_told_as_such(small_block):
     moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:4326")
     small_block.replace("block.toml", 'crs = "EPSG:4326"', "")
-    one, other = find_problems(small_block.path).problems
-    said = "is missing, found longitudes and latitudes"
-    names = "easting", "northing"
-    assert [one.found, other.found] == [f"column '{name}' {said}" for name in names]
-    assert one.remedy.startswith('Say crs = "EPSG:4326", or the system of the receiver')
+    (problem,) = find_problems(small_block.path).problems
+    said = "column 'easting' is missing, found longitudes and latitudes"
+    assert problem.found == said
+    remedy = 'Say crs = "EPSG:4326", or the system of the receiver'
+    assert problem.remedy.startswith(remedy)
+
+
+def test_degrees_in_python_are_told_what_python_can_do(small_block, tmp_path):
+    """Their remedy was to write into block.toml."""
+    points = pd.DataFrame({"point_id": ["A"], "lon": [13.5], "lat": [47.3]})
+    points.to_csv(tmp_path / "ll.csv", index=False)
+    with pytest.raises(EinschaltError) as caught:
+        es.read_points(tmp_path / "ll.csv")
+    assert caught.value.remedy.startswith('Give crs="EPSG:4326", or the system')
+    table = es.read_points(tmp_path / "ll.csv", crs="EPSG:4326")
+    assert table.loc[0, ["longitude", "latitude"]].tolist() == [13.5, 47.3]
+    block = read_block(small_block.path)
+    with pytest.raises(EinschaltError) as caught:
+        replace(block, control_points=points.assign(role="control"))
+    said = "Transform them into the system of the block first, with pyproj"
+    assert caught.value.remedy.startswith(said)
 
 
 def test_the_wrong_zone_of_the_points_is_named_with_the_likely_one(small_block):

@@ -10,6 +10,10 @@ OF_ARGUMENTS = {
     "Say which: columns": (
         "Give columns with the one that is meant, or rename the other"
     ),
+    'Say crs = "EPSG:4326"': (
+        'Give crs="EPSG:4326", or the system of the receiver: longitudes and latitudes '
+        "are read then"
+    ),
     "Correct columns in block.toml": "Correct columns",
     'Say decimal = ","': (
         'Give decimal="," if they are decimal commas; otherwise take them out'

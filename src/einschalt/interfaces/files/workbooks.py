@@ -92,9 +92,9 @@ def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> Read
     frame, more = whole_names(frame, where, held, f"{source}, sheet {sheet}")
     notes += more
     read = {
-        k: given[place]
-        for place, k in enumerate(columns.tolist())
-        if meant.names[place] in schema.names
+        k: name
+        for k, name, own in zip(columns.tolist(), given, meant.names, strict=True)
+        if own in schema.names
     }
     notes += _notes_on_hidden(data, sheet, frame.index, read, source)
     table = understood(frame, schema, said, meant, source, is_of_cells=True)

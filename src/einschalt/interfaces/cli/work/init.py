@@ -78,7 +78,7 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     if options["crs"] is not None:
         read_crs(options["crs"])
     raise_problems(_impossible(options))
-    found = _look([*(files or []), *(more or [])], folder, _said(options))
+    found = _checked_tables([*(files or []), *(more or [])], folder, _said(options))
     guessed = propose(found, {})
     proposal = propose(found, _given(options, guessed))
     _show(proposal)
@@ -186,19 +186,37 @@ def _is_free_for_schema(path):
         return False
 
 
-def _look(files, folder, said):
+def _checked_tables(files, folder, said):
     """Tables of the files that were named, or of those in the folder."""
-    found = _looked_at(files, folder, said)
-    if said.degrees_crs and not any("longitude" in one.frame for one in found):
+    found = _read_tables(files, folder, said)
+    if said.degrees_crs:
+        degrees = [one for one in found if "longitude" in one.frame]
+        _require_use(said.degrees_crs, degrees)
+    return found
+
+
+def _require_use(crs, tables):
+    """Refuse a system of longitudes and latitudes that no table takes."""
+    if not tables:
         raise SettingsError(
             "--points-crs is about longitudes and latitudes, which no file holds",
             expected="options of what the files hold",
             remedy="Leave it out, or name the file after --from",
         )
-    return found
+    given = read_source_crs(crs)
+    # a layer keeps the system that it states
+    stated = [one.crs and read_source_crs(one.crs) for one in tables]
+    if all(one and not one.equals(given, ignore_axis_order=True) for one in stated):
+        raise SettingsError(
+            f"--points-crs = {system_label(given)}, but the file states "
+            f"{system_label(stated[0])}",
+            expected="the system of the file",
+            remedy="Leave it out; if the file is wrong, correct its system in a GIS",
+            file=tables[0].title,
+        )
 
 
-def _looked_at(files, folder, said):
+def _read_tables(files, folder, said):
     if files:
         try:
             return [one for path in files for one in look_at(path, said)]
