@@ -362,8 +362,8 @@ def setting_problem(fault, section, names, *, file=None):
     if fault["type"] == "extra_forbidden":
         near = nearest(key, names.model_fields)
         remedy = f"Write {near}" if near else "Take it out"
-        if key in Settings.model_fields:  # of another section
-            remedy = "Write it below [settings]"
+        if key in Settings.model_fields:  # of another section, or of a camera's file
+            remedy = "Write it below [settings] of block.toml"
         known = ", ".join(names.model_fields)
         return problem(f"{where}: unknown key", expected=known, remedy=remedy)
     if fault["type"] == "missing":

@@ -153,7 +153,26 @@ def test_a_setting_in_another_section_is_told_where_it_belongs(tmp_path):
     assert begin in WHOLE
     (said,) = said_of(tmp_path, WHOLE.replace(begin, f"{begin}crs_accuracy_m = 2\n"))
     assert "[control_points] crs_accuracy_m: unknown key" in said
-    assert said.endswith("Write it below [settings].")
+    assert said.endswith("Write it below [settings] of block.toml.")
+
+
+@pytest.mark.parametrize(
+    ("key", "remedy"),
+    [
+        ("scale_number = 8000", "Put it below [high_flight] or [low_flight]."),
+        ('crs = "EPSG:31255"', " [block] or [control_points] or [approximate_points]."),
+        ("tolerances = 1", "Write tolerance."),
+    ],
+)
+def test_a_key_of_a_section_below_settings_is_told_where_it_belongs(
+    tmp_path, key, remedy
+):
+    begin = "[settings]\n"
+    assert begin in WHOLE
+    (said,) = said_of(tmp_path, WHOLE.replace(begin, f"{begin}{key}\n"))
+    assert "[settings] " in said
+    assert "unknown key; expected" in said
+    assert said.endswith(remedy)
 
 
 def test_what_is_right_is_kept_beside_what_is_wrong(tmp_path):

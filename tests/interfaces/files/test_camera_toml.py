@@ -80,6 +80,7 @@ def test_what_was_written_is_read(tmp_path, name):
             r"camera.toml: \[camera\] fx is missing|focal: unknown key",
         ),
         (OPENCV + "k4 = 1\n", r"\[camera\] k4: unknown key; expected .*k3, pixel_"),
+        (OPENCV + "tolerance = 1\n", r"Write it below \[settings\] of block\.toml"),
         (OPENCV + "pixel_um = 4\n", r"pixel_um: unknown key; .*Write pixel_size_um"),
         (OPENCV.replace("4.5", "0"), r"pixel_size_um = 0; expected a number above 0"),
         (OPENCV.replace("4.5", "1e-3"), r"\[camera\] the camera has a principal dist"),

@@ -327,9 +327,23 @@ def _settings(toml, fields):
         toml.settings = Settings(**fields)
     except BlockError as error:
         for problem in error.problems:
-            toml.say(problem.with_facts(file=toml.source), "settings")
+            toml.say(_at_home(problem, toml.source), "settings")
     except EinschaltError as error:
-        toml.say(error.with_facts(file=toml.source), "settings")
+        toml.say(_at_home(error, toml.source), "settings")
+
+
+def _at_home(problem, source):
+    """A problem of [settings], with the sections of its key if that is of others."""
+    homes = [] if problem.key in Settings.model_fields else _homes(problem.key)
+    told = {"remedy": f"Put it below {' or '.join(homes)}"} if homes else {}
+    return problem.with_facts(file=source, **told)
+
+
+def _homes(key):
+    """Sections in which a key may stand."""
+    homes = [s for s, kind in SECTIONS.items() if key in kind.model_fields]
+    homes += ["settings"] * (key in Settings.model_fields)
+    return [f"[{home}]" for home in homes]
 
 
 def _unknown_section(toml, name):
@@ -354,9 +368,8 @@ def _stray(name, value, source):
             file=source,
             key=name,
         )
-    homes = [s for s, kind in SECTIONS.items() if name in kind.model_fields]
-    homes += ["settings"] * (name in Settings.model_fields)
-    sections = " or ".join(f"[{home}]" for home in homes)
+    homes = _homes(name)
+    sections = " or ".join(homes)
     return SettingsError(
         f"{shortened(name)} = {described(value)} stands outside of all sections",
         expected="keys below a section such as [block]",
