@@ -22,8 +22,10 @@ TEXT_SHARE, WIDTH_SHARE = 0.15, 0.8  # height and width, of the distance of poin
 WIDTH_OF_LETTER = 0.9  # of its height, in the fonts of CAD programs
 LONG_NAMES = 0.9  # quantile of the lengths of names, and of distances to the nearest
 # of points that lie at random in their area, nine of ten have the nearest within 0.86
-# of its mean distance; double points have it at nothing
+# of its mean distance
 FROM_NEAREST, LEAST_OF_EVEN = 1.5, 0.1
+# of that distance, within which points are one that is given twice
+NEXT_TO_NOTHING = 0.01
 ELLIPSES_AS_STATED = (
     "the ellipses are those of the stated precision, which the measurements exceed; "
     "the errors of the points are enlarged"
@@ -113,6 +115,9 @@ def _distance_of_neighbours(xy):
     A road across its rectangle, or villages apart, fill little of the area.
     """
     area = float(np.prod(np.maximum(np.ptp(xy, axis=0), 1.0)))
+    # double points have the nearest at nothing, and cover each other anyway
+    cells = np.round(xy / (NEXT_TO_NOTHING * np.sqrt(area / len(xy))))
+    xy = xy[np.unique(cells, axis=0, return_index=True)[1]]
     even = float(np.sqrt(area / len(xy)))
     if len(xy) < 2:
         return even
