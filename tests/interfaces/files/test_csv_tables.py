@@ -14,6 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, FileError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import written_in
 from einschalt.foundations.tables import (
     CONTROL_POINTS,
     IMAGE_POINTS,
@@ -526,4 +528,13 @@ def test_the_title_of_another_table_is_told(tmp_path):
     (tmp_path / "t.csv").write_text(text)
     with pytest.raises(EinschaltError, match="row 3: the row has 3 values") as told:
         understand_csv(tmp_path / "t.csv", MODEL_POINTS)
-    assert "into a file of its own if it is the title of another" in str(told.value)
+    remedy = (
+        "Part the values as the header does, and leave none out; delete the row if it "
+        "is a remark; if it is the title of another table, put what follows into a "
+        "file of its own"
+    )
+    assert told.value.problems[0].remedy == remedy
+    with written_in("de"):
+        said = retold(remedy)
+    assert said.startswith("Die Werte wie in der Kopfzeile trennen, und keinen wegl")
+    assert said.endswith("Tabelle ist, was folgt, in eine eigene Datei stellen")

@@ -226,12 +226,7 @@ class _Rows:
             "Part the values as the header does, and leave none out; delete the row "
             "if it is a remark"
         )
-        if sum(map(bool, row)) == 1 < n_columns - 1:
-            remedy = (
-                "Delete the row if it is a remark; put what follows into a file of its "
-                "own if it is the title of another table"
-            )
-        elif self.header.is_by_blanks and n_values > n_columns:
+        if self.header.is_by_blanks and n_values > n_columns:
             remedy = "Write names without blanks, or part the columns by tabs"
         elif self.header.is_by_blanks:
             remedy = (
@@ -242,6 +237,12 @@ class _Rows:
             remedy = f"Put a value that holds {self._name} itself into quotes"
             if self.header.separator == ",":
                 remedy = "Write decimal points, not commas, and quote texts with commas"
+        if sum(map(bool, row)) == 1 < n_columns - 1:
+            # of such a row nothing tells whether its values are lost
+            remedy = (
+                f"{remedy}; if it is the title of another table, put what follows into "
+                "a file of its own"
+            )
         return TableError(
             f"the row has {n_values} values, the header {n_columns}",
             expected=f"{n_columns} values separated by {self._name}",
