@@ -449,6 +449,38 @@ def test_points_of_a_block_with_and_without_a_zero_are_two(demo_block):
         replace(demo_block, **changed, sources=sources)
 
 
+def test_a_block_of_which_no_point_is_lost_tells_what_a_workbook_may_have_lost(
+    demo_block,
+):
+    """The note came only where another point lay in no model."""
+    control, high = demo_block.control_points, demo_block.high_flight.model_points
+    known = control["point_id"].iloc[0]
+    new = next(n for n in high["point_id"] if n not in {*control["point_id"]})
+    names = {known: "1.1", new: "1.10"}
+
+    def renamed(table):
+        return table.assign(point_id=table["point_id"].replace(names))
+
+    flights = {
+        name: replace(flight, model_points=renamed(flight.model_points))
+        for name in ("high_flight", "low_flight")
+        for flight in [getattr(demo_block, name)]
+    }
+    told = {
+        file: replace(
+            demo_block,
+            control_points=renamed(control),
+            sources={"control_points": file},
+            **flights,
+        ).notes
+        for file in ("c.csv", "c.xlsx")
+    }
+    said = f"c.xlsx: 1 of {len(control)} points may be others that the high flight"
+    assert not any("may be others" in note for note in told["c.csv"])
+    (note,) = (note for note in told["c.xlsx"] if "may be others" in note)
+    assert note.startswith(said)
+
+
 def test_models_whose_photographs_have_no_point_in_common(demo_block):
     flight = image_block(demo_block)
     flight.image_points.loc[8:, "point_id"] = list(demo_block.truth["point_id"][4:8])

@@ -319,14 +319,13 @@ class _Check:
             in_low = is_among(frame["point_id"], self._measured("low_flight"))
             is_lost &= ~((frame["role"] == "check").to_numpy() & in_low)
 
-        if is_lost.any():
-            given = ground, self._file(ground), flight_name
-            problems, notes = points_in_no_model(
-                frame, is_lost, measured, given, self.block.sources
-            )
-            self.problems += problems
-            self.notes += notes
-            self.are_names_strange = bool(is_lost.all())
+        given = ground, self._file(ground), flight_name
+        problems, notes = points_in_no_model(
+            frame, is_lost, measured, given, self.block.sources
+        )
+        self.problems += problems
+        self.notes += notes
+        self.are_names_strange = bool(is_lost.all())
 
     def _all_measured(self):
         flights = [name for name in FLIGHTS if self._has_models(name)]

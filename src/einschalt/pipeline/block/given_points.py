@@ -194,7 +194,8 @@ def points_in_no_model(frame, is_lost, measured, given, sources=NO_FILES):
     """
     ground, file, flight_name = given
     names, flight = frame["point_id"], flight_name.replace("_", " ")
-    meant = _meant(names, is_lost, measured, (file, _file_of(flight_name, sources)))
+    files = file, _file_of(flight_name, sources)
+    meant = _meant(names, is_lost, measured, files) if is_lost.any() else {}
 
     def problem(place):
         found = f"no model of the {flight} holds the point"
