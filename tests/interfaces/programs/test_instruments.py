@@ -1,5 +1,7 @@
 """Points of Leica's GSI and of Trimble's JobXML."""
 
+import time
+
 import pytest
 from fuzz.foreign_files import READ
 
@@ -94,6 +96,15 @@ def test_a_line_of_measurements_has_no_point_of_its_station(tmp_path, index):
 def test_words_of_gsi_have_their_width_and_may_hold_blanks(tmp_path, line, name):
     table = read(tmp_path, "a.gsi", line + "\n").tables["control_points"]
     assert table.to_numpy().tolist() == [[name, 100.0, 200.0, 50.0]]
+
+
+def test_a_line_of_blanks_takes_no_time(tmp_path):
+    """Of 20 000 blanks each was the start of a search to the end of them."""
+    remark, blanks = "71....+aaaaaaaaaa", " " * 100_000
+    begin = time.process_time()
+    table = read(tmp_path, "a.gsi", f"110001+000000P1 {OF_TARGET} {remark}{blanks}b\n")
+    assert len(table.tables["control_points"]) == 1
+    assert time.process_time() - begin < 5.0
 
 
 def test_names_of_gsi_16_may_hold_blanks(tmp_path):

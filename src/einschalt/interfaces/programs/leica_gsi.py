@@ -26,7 +26,7 @@ from einschalt.interfaces.programs.foreign import (
 # the digits, of their width; a remark that has another one ends where a word begins
 WORD = (
     r"\s*(?P<index>\d\d)(?P<more>\S{{3}})(?P<unit>\S)(?P<sign>[+-])"
-    r"(?P<digits>.{{{0}}}(?=\s|$)|.*?(?=\s+\d\d\S{{4}}[+-]|$))"
+    r"(?P<digits>.{{{0}}}(?=\s|$)|.*?(?=\s\d\d\S{{4}}[+-]|$))"
 )
 WORDS = {n_digits: re.compile(WORD.format(n_digits)) for n_digits in (8, 16)}
 NAME = "11"
