@@ -17,7 +17,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto -
 test: .venv/compiled
 	$(PYTEST) -m "not slow"
 
-# the others, that compute whole blocks: twice as long
+# the others, a tenth: they compute whole blocks, or start programs
 test-slow: .venv/compiled
 	$(PYTEST) -m slow
 

@@ -1,6 +1,7 @@
 """BLAS has one thread while a block is computed, and all of them afterwards."""
 
 import numpy as np
+import pytest
 from threadpoolctl import threadpool_info
 
 from einschalt.foundations.blas_threads import one_blas_thread
@@ -23,6 +24,7 @@ def test_one_blas_thread_may_stand_inside_another():
     assert n_threads() == before
 
 
+@pytest.mark.slow
 def test_a_block_is_computed_and_judged_on_one_blas_thread(monkeypatch):
     seen = []
     monkeypatch.setattr(

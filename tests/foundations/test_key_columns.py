@@ -70,6 +70,7 @@ def test_long_columns_say_the_same_byte_by_byte(monkeypatch, kind, n_chunks):
             assert not key_columns.are_tidy(column(["x", "a", odd, "b"])), odd
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_cores", [1, 2, 5])
 def test_bytes_of_every_name_count_wherever_they_lie(monkeypatch, n_cores):
     """Names of all lengths around the eight bytes that are taken at once."""

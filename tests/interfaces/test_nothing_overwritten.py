@@ -175,6 +175,7 @@ def test_a_folder_by_another_way_is_the_same(small_block, tmp_path, monkeypatch)
     assert run("densify", "../link", "-o", "../link/../out").exit_code == 0
 
 
+@pytest.mark.slow
 def test_links_in_a_result_folder_are_not_followed(small_block, tmp_path):
     out, target = tmp_path / "out", tmp_path / "target.txt"
     target.write_text(MINE)
@@ -234,6 +235,7 @@ def test_tables_that_a_result_no_longer_has_are_removed(small_block, tmp_path):
     assert not (out / "iterations.csv").exists()
 
 
+@pytest.mark.slow
 def test_results_of_another_block_are_refused(small_block, tmp_path, make_block):
     out = tmp_path / "out"
     assert run("densify", small_block.path, "-o", out).exit_code == 0
@@ -410,6 +412,7 @@ def test_plan_replaces_only_its_own(tmp_path, monkeypatch):
         assert snapshot(tmp_path) != before
 
 
+@pytest.mark.slow
 def test_plan_does_not_replace_its_terrain(tmp_path):
     terrain = tmp_path / "terrain.csv"
     terrain.write_text("model_id,h1,h2,h3,h4,h5,h6\n1,500,500,500,500,500,500\n")
@@ -439,6 +442,7 @@ def test_simulate_does_not_follow_a_link(tmp_path):
     assert not target.exists()
 
 
+@pytest.mark.slow
 def test_a_block_without_control_points_is_computed(tmp_path, make_block):
     """All of it hangs on approximate points: nothing in it needs control."""
     block = make_block(tmp_path / "block")

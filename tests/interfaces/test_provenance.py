@@ -66,6 +66,7 @@ def test_block_of_a_script_has_no_inputs(good_result):
     assert provenance(good_result)["inputs"] == []
 
 
+@pytest.mark.slow
 def test_a_camera_is_told_by_its_constants(good_result):
     """A block with a camera could be computed, but its results not be written."""
     camera = Camera.from_metashape(
@@ -84,6 +85,7 @@ def test_time_is_utc(good_result):
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}\+00:00", created)
 
 
+@pytest.mark.slow
 def test_numbers_of_numpy_become_json(good_result):
     block = good_result.block
     flight = replace(
@@ -93,6 +95,7 @@ def test_numbers_of_numpy_become_json(good_result):
     json.dumps(provenance(changed(good_result, block=block)), allow_nan=False)
 
 
+@pytest.mark.slow
 def test_nothing_tells_of_the_computer(small_block, tmp_path):
     """Files named by absolute paths are told by their name alone, in notes as well."""
     absolute = tmp_path / "elsewhere" / "control_points.csv"

@@ -138,6 +138,7 @@ def require_same_tables(one, other):
     assert one.figures == other.figures
 
 
+@pytest.mark.slow
 def test_a_plan_comes_whole_out_of_a_pickle():
     plan = es.plan_target(0.05, CHOICES)
     back = pickle.loads(pickle.dumps(plan))

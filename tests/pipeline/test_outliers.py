@@ -60,6 +60,7 @@ def test_gross_errors_are_named_worst_first(block):
     assert named.remedy == "measure_again_or_snoop"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
 def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers):
     screened = densify(block, Settings(outliers=outliers))
@@ -76,6 +77,7 @@ def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers
     assert again is None or tuple(worst[KEY]) not in again.facts["observations"]
 
 
+@pytest.mark.slow
 def test_suspects_do_not_enter_the_mean(block):
     screened = densify(block, Settings(outliers="snoop"))
     plain = densify(block)
@@ -89,6 +91,7 @@ def test_suspects_do_not_enter_the_mean(block):
     assert len(screened.residuals) == len(plain.residuals)
 
 
+@pytest.mark.slow
 def test_propagation_knows_of_the_points_that_were_taken_out(block):
     screened = densify(block, Settings(outliers="snoop"))
     assert screened.figures.mean_total > densify(block).figures.mean_total
@@ -97,6 +100,7 @@ def test_propagation_knows_of_the_points_that_were_taken_out(block):
     )
 
 
+@pytest.mark.slow
 def test_clean_blocks_lose_nothing(clean):
     for outliers in ("keep", "snoop"):
         result = densify(clean, Settings(outliers=outliers))

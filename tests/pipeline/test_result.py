@@ -51,6 +51,7 @@ def test_other_names_are_refused_without_a_warning(good_result):
         assert not hasattr(good_result, "lows")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compute", [densify, es.densify])
 def test_what_was_computed_survives_a_tolerance_and_the_interface(monkeypatch, compute):
     claims = []
@@ -95,6 +96,7 @@ def test_a_changed_solution_is_examined_anew(good_result):
     assert len(good_result.points) > 5
 
 
+@pytest.mark.slow
 def test_seconds_grow_while_a_result_is_assessed_and_then_no_more(demo_block):
     result = densify(demo_block)
     computed = result.seconds

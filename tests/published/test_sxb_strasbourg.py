@@ -224,6 +224,7 @@ def test_readme_tells_what_the_propagation_claims(result):
     assert result.claim.is_supported
 
 
+@pytest.mark.slow
 def test_a_model_on_three_points_in_line_spoils_the_plain_mean_alone(
     block, result, published
 ):

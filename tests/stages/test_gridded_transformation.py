@@ -117,6 +117,7 @@ def test_finland_is_predicted_better_than_by_triangles():
     assert rms[0] < 0.8 * rms[1]
 
 
+@pytest.mark.slow
 def test_natural_neighbours_go_through_the_points_and_know_their_error():
     rng = np.random.default_rng(13)
     xy, shifts, _ = simulated_shifts(rng, 600, **{**SQUARE, "noise": 0.0})

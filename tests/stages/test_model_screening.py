@@ -156,6 +156,7 @@ def test_points_of_unequal_precision_are_tested_by_their_own(flight, ground, kin
         np.testing.assert_allclose(tested[name], weighted.residuals[name], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_points_that_are_said_to_be_worse_are_no_suspects(ground):
     rng = np.random.default_rng(5)
     shares = []

@@ -135,6 +135,7 @@ def assert_operator_of_control(block, settings, result):
         np.testing.assert_allclose(operator @ way.ravel(), change, atol=atol)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [
@@ -149,6 +150,7 @@ def test_operator_of_control(block, settings, unmoved):
     assert_operator_of_control(block, settings, unmoved(block, settings))
 
 
+@pytest.mark.slow
 def test_operator_of_control_with_distributed_residuals(quiet_block, unmoved):
     # weights move with the points, which only residuals could tell; without weights
     # nothing here depends on deformations
@@ -283,6 +285,7 @@ def _rows(n_rows, n_columns, n_each):
     return sparse.csr_array(entries, shape=(n_rows, n_columns))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["affine", "helmert"])
 def test_errors_of_heights_of_control_say_nothing_in_plan(kind):
     geometry = replace(PRESETS["demo"].geometry, transformation=kind)

@@ -106,6 +106,7 @@ def test_figures_are_those_of_the_block_alone(mixed):
     assert (row["n_suspects"], row["n_failed_models"]) == (0, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_this_process")
 def test_a_batch_computes_no_method_that_nobody_asked_for(tmp_path, good_result):
     es.simulate_block("demo", seed=1).write(tmp_path / "blocks" / "demo")
@@ -227,6 +228,7 @@ def test_a_touched_file_is_no_changed_file(folder, tmp_path, run, first_run):
     assert run(folder, tmp_path / "out")[1] == ["no_number"]
 
 
+@pytest.mark.slow
 def test_clock_that_jumps_while_a_batch_runs(folder, tmp_path, run, monkeypatch, left):
     run(folder, tmp_path / "calm")
     jumps = iter([10**6 * (-1) ** k for k in range(10**6)])
@@ -386,6 +388,7 @@ def test_a_file_of_somebody_in_a_half_written_result_is_not_lost(
         assert before == sorted((tmp_path / place / name).iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["previous_points.parquet", "changes.csv"])
 @pytest.mark.parametrize("data", [b"", b"point_id\n\xff", b"PAR1PAR1"])
 def test_spoilt_comparison_with_the_run_before_is_none(
@@ -573,6 +576,7 @@ def test_interrupted_run_is_continued(
     assert names == ran
 
 
+@pytest.mark.slow
 def test_interruption_of_a_run_of_all_is_resumed_where_it_was(
     folder, tmp_path, run, first_run, monkeypatch
 ):
@@ -725,6 +729,7 @@ def test_names_of_folders_may_be_anything(
     assert (again["outcome"] == "failed").sum() == 1
 
 
+@pytest.mark.slow
 def test_a_failure_for_which_the_disk_had_no_room_is_one(
     folder, tmp_path, run, monkeypatch
 ):
@@ -751,6 +756,7 @@ def test_a_failure_for_which_the_disk_had_no_room_is_one(
     assert table.loc["block_00", "outcome"] == "done"
 
 
+@pytest.mark.slow
 def test_a_block_whose_input_was_being_written_is_tried_again(
     folder, tmp_path, run, monkeypatch
 ):

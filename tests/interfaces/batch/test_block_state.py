@@ -90,6 +90,7 @@ def test_a_block_that_names_what_never_ends_is_looked_at(small_block, tmp_path, 
     assert state.why == "no result yet"
 
 
+@pytest.mark.slow
 def test_a_result_whose_worker_was_killed_is_taken_for_the_one_asked_for(
     small_block, tmp_path, monkeypatch
 ):

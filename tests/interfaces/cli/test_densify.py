@@ -160,6 +160,7 @@ def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_p
     assert "Settings: weighting = weighted, others default." in said
 
 
+@pytest.mark.slow
 def test_outliers_and_significance_are_options(invoke, block_folder, tmp_path):
     options = ["--outliers", "snoop", "--significance", "0.01"]
     said = invoke("densify", block_folder, "-o", tmp_path, *options).stdout
@@ -168,6 +169,7 @@ def test_outliers_and_significance_are_options(invoke, block_folder, tmp_path):
     assert header.endswith("leverage,redundancy_number,w,p_value,is_suspect")
 
 
+@pytest.mark.slow
 def test_failed_models_are_said_and_the_status_is_0(invoke, block_folder, tmp_path):
     folder = tmp_path / "block"
     shutil.copytree(block_folder, folder)
@@ -258,6 +260,7 @@ def test_a_console_without_the_characters_does_not_stop_a_run(
     assert "?(?_E² + ?_N²)" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_tolerance_is_an_option_and_stands_in_the_tables(
     invoke, block_folder, tmp_path
 ):

@@ -430,6 +430,7 @@ def a_plan(tmp_path_factory, invoke):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", ["", "--repeat 2 --workers 1", "--row 0"])
 @pytest.mark.usefixtures("in_this_process")
 def test_plans_that_are_tried_are_told_in_german_alone(more, in_both_languages, a_plan):
@@ -440,6 +441,7 @@ def test_plans_that_are_tried_are_told_in_german_alone(more, in_both_languages, 
     assert_german(in_both_languages(words, planned))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
 @pytest.mark.parametrize("words", ["--help", "explain all"])
 def test_a_full_disk_is_told_in_german(words):

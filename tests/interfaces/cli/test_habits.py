@@ -158,6 +158,7 @@ def test_prices_that_plan_takes_by_default_are_the_usual_ones():
     assert costs_of(costs.default) == es.PlanCosts()
 
 
+@pytest.mark.slow
 def test_headline_figures(invoke, block_folder, tmp_path):
     done = invoke("densify", block_folder, "-o", tmp_path / "out", "--json", "-v")
     figures = said(done)["figures"]
@@ -415,6 +416,7 @@ def answer_to(asked):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_commands_and_options_are_completed():
     assert completed("einschalt de") == ["demo", "densify"]
     assert completed("einschalt densify --coverage") == ["--coverage-mean"]

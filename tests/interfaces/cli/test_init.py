@@ -304,6 +304,7 @@ def of_images(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_camera_without_the_size_of_a_pixel_is_asked_for_it(
     invoke, of_images, tmp_path
 ):
@@ -777,6 +778,7 @@ def test_models_on_little_control_are_adjusted_together(invoke, tmp_path):
     assert "fewer than 3 control points in 1 of 9 models" in of_all.stdout
 
 
+@pytest.mark.slow
 def test_machine_models_and_control_alone_make_a_block(invoke, tmp_path):
     """Independent models over control, as they are adjusted elsewhere."""
     geometry = replace(PRESETS["demo"].geometry, n_check=0)
@@ -821,6 +823,7 @@ def test_what_is_written_again_is_kept_beside(invoke, tmp_path):
     assert "write it anew with --again" in refused.stderr
 
 
+@pytest.mark.slow
 def test_a_height_that_lacks_is_told(invoke, tmp_path):
     source = EXAMPLES / "sxb_strasbourg"
     control = pd.read_csv(source / "control_points.csv", dtype=str)
@@ -863,6 +866,7 @@ def test_a_fault_of_control_is_told_once_where_it_stands_for_others(invoke, tmp_
     assert shown.stdout.count("heights are 0, the others") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["y downwards", "axes exchanged"])
 def test_photographs_like_a_mirror_are_told_before_anything_is_computed(
     invoke, tmp_path, what

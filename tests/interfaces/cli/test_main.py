@@ -100,6 +100,7 @@ def test_the_list_of_commands_imports_none_of_them():
     assert imported & {*NAMES, "work"} == set()
 
 
+@pytest.mark.slow
 def test_help_takes_little_more_than_its_library(processor_seconds):
     call, library = ("-m", "einschalt", "--help"), ("-c", "import typer")
     ours, without = processor_seconds(call, library)

@@ -204,6 +204,7 @@ def test_images(invoke, image_pairs, tmp_path):
     np.testing.assert_allclose(points["z"], expected.model_points["z"], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_six_point_models_come_with_the_construction_of_krames(
     invoke, parallaxes, tmp_path
 ):
@@ -414,6 +415,7 @@ def test_no_name_of_a_model_steers_the_terminal(invoke, parallaxes, tmp_path):
     assert not any(sign in done.stdout for sign in "\u202e\x1b")
 
 
+@pytest.mark.slow
 def test_parquet_is_read_as_csv_is(invoke, parallaxes, tmp_path):
     given = pd.read_csv(parallaxes, dtype={"model_id": str, "point_id": str})
     given.to_parquet(tmp_path / "parallaxes.parquet")

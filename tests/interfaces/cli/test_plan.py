@@ -208,6 +208,7 @@ def test_a_figure_may_stand_in_the_folder_that_is_made(invoke, tmp_path):
     assert "cannot be written" in below_a_file.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("question", "says"),
     [

@@ -208,6 +208,7 @@ def test_a_limit_over_ground_without_heights_is_told(invoke, folder):
     assert "Das Gelände wurde als eben angenommen: damit 3000 m darüber" in said
 
 
+@pytest.mark.slow
 def test_ground_that_is_too_high_is_refused(invoke, folder, tmp_path):
     table = np.loadtxt(folder / "ground.xyz")
     table[:, 2] += 0.3 * (table[:, 0] - CENTRE[0])

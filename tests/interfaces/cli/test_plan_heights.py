@@ -76,6 +76,7 @@ def test_a_flight_above_the_usual_limit_is_told(invoke, tmp_path):
         assert "--high-scale-number of at most 3428" in problem["remedy"]
 
 
+@pytest.mark.slow
 def test_what_is_advised_keeps_the_limit(invoke, tmp_path):
     kept = ("--high-scale-number", 3428)
     said = one_line(invoke(*EXPECTED, *kept))
@@ -85,6 +86,7 @@ def test_what_is_advised_keeps_the_limit(invoke, tmp_path):
     assert "higher than" not in one_line(invoke(*call, "--output", tmp_path / "block"))
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_given_counts(invoke):
     said = one_line(invoke(*EXPECTED, "--max-height", "200m"))
     assert "Not used" not in said

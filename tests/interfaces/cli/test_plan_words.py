@@ -195,6 +195,7 @@ def test_a_word_with_a_wrong_letter_is_found(word, meant, invoke):
     assert f"Write '{meant}'" in invoke("explain", word).stderr
 
 
+@pytest.mark.slow
 def test_all_tables_and_columns_are_explained(written, invoke):
     assert set(written) == set(PLAN_TABLES) == set(PLAN_COLUMNS)
     for table, columns in written.items():

@@ -58,6 +58,7 @@ def tried(invoke, planned):
     return figures_of(invoke(*call, "--json")), place
 
 
+@pytest.mark.slow
 def test_python_simulates_a_folder_as_the_command_does(planned, tried):
     block = es.simulate_plan(planned[1], seed=SEED)
     by_command = es.read_block(tried[1])
@@ -153,6 +154,7 @@ def test_photographs_are_those_of_the_plan(invoke, planned, tmp_path):
     assert images == [(photographs == f"{f}_flight").sum() for f in ("high", "low")]
 
 
+@pytest.mark.slow
 def test_densify_gives_the_figure_that_was_compared(invoke, tried, tmp_path):
     told, place = tried
     call = ("densify", place, "--output", tmp_path / "out", "--no-report", "--json")

@@ -166,6 +166,7 @@ def test_systems_that_stretch_the_area_are_no_metres(tmp_path):
         read_area(degrees, crs="EPSG:3857")
 
 
+@pytest.mark.slow
 def test_areas_far_from_where_their_system_is_used_are_asked_about(tmp_path):
     """Exchanged easting and northing, or longitude and latitude."""
     usual = write(tmp_path / "a.geojson", box(5000, 4000, 20_000, 320_000), crs=LOCAL)

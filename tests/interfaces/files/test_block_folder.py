@@ -337,6 +337,7 @@ def test_half_a_table_is_a_change_and_no_fault(small_block, monkeypatch, suffix)
     assert len(read_block(small_block.path).low_flight.model_points) == 24
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_the_checksum_is_that_of_the_bytes_that_were_understood(
     small_block, monkeypatch, suffix

@@ -244,6 +244,7 @@ VALUES = (
 )
 
 
+@pytest.mark.slow
 @given(keys=st.dictionaries(TEXTS, VALUES, max_size=4))
 def test_every_value_comes_back(tmp_path_factory, keys):
     path = tmp_path_factory.mktemp("toml") / "block.toml"

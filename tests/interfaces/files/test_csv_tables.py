@@ -242,6 +242,7 @@ def test_a_formula_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path, name, c
     assert read_csv(path, MODEL_POINTS)["point_id"].tolist() == [name]
 
 
+@pytest.mark.slow
 @settings(max_examples=N_EXAMPLES, deadline=None)
 @given(rows=ROWS)
 def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):

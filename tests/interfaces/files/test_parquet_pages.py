@@ -105,6 +105,7 @@ def test_headers_that_do_not_add_up_tell_nothing(tmp_path):
     assert texts_of(whole[: start + 3], chunk) is None
 
 
+@pytest.mark.slow
 def test_long_tables_are_the_same_from_text_and_from_codes(tmp_path, monkeypatch):
     path, frame = tmp_path / "t.parquet", model_points()
     write_parquet(frame, path)

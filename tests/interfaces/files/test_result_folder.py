@@ -126,6 +126,7 @@ def test_provenance_vouches_for_the_other_files(folder):
     }
 
 
+@pytest.mark.slow
 def test_a_result_that_cannot_be_written_leaves_the_older_one(
     tmp_path, good_result, monkeypatch
 ):

@@ -108,6 +108,7 @@ def test_sheets_that_would_fill_the_memory_are_refused_before(tmp_path, kind, pa
     assert peak_megabytes() - before < MOST_MEGABYTES
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not FORGET_PEAK.exists(), reason="asks /proc")
 def test_memory_is_measured_whatever_was_taken_before():
     """Otherwise the bound above holds wherever another test has taken as much."""
@@ -200,6 +201,7 @@ ODS_SHEETS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ODS_SHEETS)
 def test_an_ods_of_too_many_cells_is_refused_in_words(tmp_path, kind):
     rows, n_cells = ODS_SHEETS[kind]

@@ -33,6 +33,7 @@ def results(tmp_path_factory, good_result):
     return root
 
 
+@pytest.mark.slow
 def test_results_are_compared_point_by_point(visit, results, good_result):
     moved = good_result.points["point_id"].iloc[5]
     found = compare(results / "first", results / "second")
@@ -47,6 +48,7 @@ def test_results_are_compared_point_by_point(visit, results, good_result):
     assert page.count('class="vector"') == len(good_result.points)  # and its scale
 
 
+@pytest.mark.slow
 def test_results_of_different_blocks_say_so_first(results, good_result, tmp_path):
     other = es.densify(replace(good_result.block, name="Other"))
     write_result(other, tmp_path / "other")

@@ -33,6 +33,7 @@ def test_headline_comes_first_then_problems_then_figures(faulty_result):
     assert len(card) < 6000
 
 
+@pytest.mark.slow
 def test_names_are_text_and_nothing_comes_from_elsewhere(good_result):
     block = replace(
         good_result.block, name=MARKUP, notes=tuple(f"{MARKUP} {k}" for k in "12345")

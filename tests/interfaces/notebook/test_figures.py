@@ -189,6 +189,7 @@ def test_vectors_of_a_map_are_as_long_as_their_bar_says(good_result):
     np.testing.assert_allclose(tips - feet, factor * sides, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_names_are_no_formulas(good_result):
     values = good_result.single_values
     renamed = values.assign(coverage=values["coverage"].map({"1": "$\\1", "2": "x$"}))

@@ -49,6 +49,7 @@ def there_and_back(way, xy):
     return moved, np.column_stack(way.transform(*moved.T, direction="INVERSE"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["proj", "wkt"])
 def test_proj_gives_what_the_result_gives_there_and_back(form, published, within):
     way = pyproj.Transformer.from_pipeline(published.operations[form].iloc[0])

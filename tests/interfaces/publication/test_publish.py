@@ -382,6 +382,7 @@ def test_a_block_without_a_system_gets_none_that_its_points_cannot_have(
     assert done.operations["west"].between(13.0, 14.0).all()
 
 
+@pytest.mark.slow
 def test_spatial_models_over_a_curved_earth_are_not_published(good_result, tmp_path):
     spatial = good_result.models.assign(transformation="helmert_3d")
     with pytest.raises(es.EinschaltError, match="curvature is in no affine"):

@@ -114,6 +114,7 @@ def test_only_its_own_style_and_script_are_allowed(html):
         assert f"sha256-{base64.b64encode(digest).decode()}" in unescape(policy)
 
 
+@pytest.mark.slow
 def test_hostile_names_stay_text(good_result):
     html = render(renamed(good_result))
     page = Page(html)
@@ -177,6 +178,7 @@ def test_blocks_of_other_kinds_have_a_page(name, request):
     Page(render(request.getfixturevalue(f"{name}_result")))
 
 
+@pytest.mark.slow
 def test_a_block_without_points_has_a_page(good_result):
     result = changed(
         good_result,
@@ -197,6 +199,7 @@ def oriented_result():
     return changed(result, orientations=rows)
 
 
+@pytest.mark.slow
 def test_relative_orientations_stand_worst_first(oriented_result):
     html = render(oriented_result)
     page = Page(html)
@@ -214,6 +217,7 @@ def test_relative_orientations_stand_worst_first(oriented_result):
     assert "near a dangerous surface: 1 model critical" in html
 
 
+@pytest.mark.slow
 def test_many_orientations_are_cut_short(oriented_result):
     rows = pd.concat([oriented_result.orientations] * 3, ignore_index=True)
     html = render(changed(oriented_result, orientations=rows))

@@ -74,6 +74,7 @@ def test_a_value_far_away_costs_the_others_digits_and_not_their_places():
     np.testing.assert_allclose(read.numbers(facts), [1e9, 0.0, 33.0])
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(max_size=6) | st.from_regex(r"\A[P/]?[0-9]{1,12}\Z")))
 @example(["007", "7", "P10", "7/8", "", "0", "1234567890123"])
 def test_names_come_back_as_they_are_shown(names):

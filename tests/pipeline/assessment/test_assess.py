@@ -26,11 +26,13 @@ def assessment(result):
     return result.assessment
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AS_EXAMINED)
 def test_figures_are_those_of_the_examination(result, name):
     assert getattr(result.assessment, name) is getattr(result.examination, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*RESULTS, "shifted_names"])
 def test_no_finding_is_left_out_because_it_follows_from_another(name, request):
     result = request.getfixturevalue(f"{name}_result")
@@ -105,6 +107,7 @@ def test_without_a_tolerance_none_is_judged(assessment):
     assert assessment.tolerance is None
 
 
+@pytest.mark.slow
 def test_what_enlarges_a_claim_is_told():
     # of forty clean blocks this one has control apart by chance (P 0.002), in a step
     # that larger errors explain as well

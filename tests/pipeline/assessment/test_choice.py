@@ -161,6 +161,7 @@ def test_a_sound_block_is_adjusted_at_once(demo_block):
     assert "method = auto" in result.summary()
 
 
+@pytest.mark.slow
 def test_what_only_one_adjustment_needs_stops_nothing(demo_block):
     """Control with errors along one line alone: two steps do not read covariances."""
     control = demo_block.control_points

@@ -99,6 +99,7 @@ def test_without_propagation_the_budget_is_all_there_is(good_result):
     assert figure.value == pytest.approx(3.0 * good_result.figures.mean_total, rel=0.02)
 
 
+@pytest.mark.slow
 def test_known_points_that_the_budget_does_not_explain_enlarge_it(demo_block):
     control = demo_block.control_points.drop(columns="standard_error_m")
     result = densify(replace(demo_block, control_points=control))
@@ -117,6 +118,7 @@ def test_known_points_that_the_budget_does_not_explain_enlarge_it(demo_block):
     assert told.remedy == "state_control_errors"
 
 
+@pytest.mark.slow
 def test_errors_of_control_that_are_stated_are_not_asked_for(demo_block):
     """Approximate points of their own error leave no total figure; control has one."""
     truth = demo_block.truth[["point_id", "easting", "northing"]]
@@ -188,6 +190,7 @@ def adjusted(demo_block):
     return densified
 
 
+@pytest.mark.slow
 def test_a_clean_adjustment_is_believed_as_it_is(adjusted):
     result = adjusted(lambda control: control)
     credible = result.examination.credible
@@ -213,6 +216,7 @@ def test_names_shifted_by_one_row_are_no_centimetres(shifted_names_result):
     assert any(f.code == "adjustment_that_misfits" for f in result.assessment.findings)
 
 
+@pytest.mark.slow
 def test_errors_larger_than_given_enlarge_the_figure(demo_block):
     flight = replace(demo_block.low_flight, m_g_um=demo_block.low_flight.m_g_um / 2.0)
     block = replace(demo_block, low_flight=flight)
@@ -224,6 +228,7 @@ def test_errors_larger_than_given_enlarge_the_figure(demo_block):
     assert not credible.is_lower_bound
 
 
+@pytest.mark.slow
 def test_a_tenth_more_enlarges_the_figure_as_it_does_single_points(demo_block):
     """An m_g of one flight that is too small by a half shows little in s_0."""
     low = replace(demo_block.low_flight, m_g_um=demo_block.low_flight.m_g_um / 1.5)
@@ -236,6 +241,7 @@ def test_a_tenth_more_enlarges_the_figure_as_it_does_single_points(demo_block):
     assert figure.factor == pytest.approx(s_0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_deformed", [False, True])
 def test_deformed_models_make_the_figure_a_lower_bound(
     demo_block, monkeypatch, is_deformed

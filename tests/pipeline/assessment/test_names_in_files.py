@@ -103,6 +103,7 @@ def unexplained(file, names):
     }
 
 
+@pytest.mark.slow
 def test_every_name_of_an_assessment_is_explained(result):
     told = set(names_of(result.assessment.to_dict()))
     assert len(told) > 100

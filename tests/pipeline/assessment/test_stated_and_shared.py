@@ -119,6 +119,7 @@ def findings_of(block, errors):
     return result, {found.code: found for found in result.assessment.findings}
 
 
+@pytest.mark.slow
 def test_coverages_that_smooth_errors_part_do_not_ask_for_a_larger_m_g(block):
     places = block.truth[PLANE].to_numpy()
     smooth = np.exp(-cdist(places, places) / 1500.0) + 1e-9 * np.eye(len(places))

@@ -47,6 +47,7 @@ def test_without_a_tolerance_nothing_is_judged(good_result):
     assert "Tolerance" not in summarize(good_result)
 
 
+@pytest.mark.slow
 def test_the_summary_counts_and_names_the_figure(demo_block):
     limit = densify(demo_block).points["standard_error_total"].median()
     result = densify(demo_block, Settings(tolerance=float(limit)))
@@ -60,6 +61,7 @@ def test_the_summary_counts_and_names_the_figure(demo_block):
     assert "Figure used: the propagated one (standard_error_total)." in text
 
 
+@pytest.mark.slow
 def test_differences_at_control_are_counted_where_the_ordinance_asks(demo_block):
     result = densify(demo_block, Settings(tolerance="vermv_2016"))
     control = result.points[result.points["role"] == "control"]
@@ -71,6 +73,7 @@ def test_differences_at_control_are_counted_where_the_ordinance_asks(demo_block)
     assert "the difference" not in said(densify(demo_block, Settings(tolerance=0.04)))
 
 
+@pytest.mark.slow
 def test_nothing_passes_where_the_claim_does_not_stand(wrong_block):
     result = densify(wrong_block, Settings(tolerance=1.0))
     assert not result.claim.is_supported
@@ -122,6 +125,7 @@ def test_the_adjustment_passes_by_its_own_figure(demo_block):
     assert "that of the simultaneous adjustment" in said(result)
 
 
+@pytest.mark.slow
 def test_the_adjustment_of_a_wrong_claim_is_enlarged_by_s_0(wrong_block):
     settings = Settings(method="simultaneous", tolerance=1.0)
     result = densify(wrong_block, settings)
@@ -133,6 +137,7 @@ def test_the_adjustment_of_a_wrong_claim_is_enlarged_by_s_0(wrong_block):
     assert ", taken " in said(result)
 
 
+@pytest.mark.slow
 def test_check_points_that_contradict_the_adjustment_let_nothing_pass(demo_block):
     control = demo_block.control_points.copy()
     control.loc[control["role"] == "check", "easting"] += 0.3

@@ -83,6 +83,7 @@ def told(result):
     return {found.code for found in result.assessment.findings}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_what_is_weak_is_no_gross_error(seed):
     result = densified(*weak_block(seed))

@@ -99,6 +99,7 @@ def test_wrong_names_enlarge_the_headline(demo_block, method, spoil, request):
     assert result.points["is_suspect"].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("spoil", "doubt", "said"),

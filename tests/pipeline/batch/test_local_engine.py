@@ -83,6 +83,7 @@ def test_what_a_task_prints_is_no_answer(capfd):
     assert (out, err.strip()) == ("", "out")
 
 
+@pytest.mark.slow
 @POSIX
 @pytest.mark.parametrize(
     ("end", "said"),
@@ -139,6 +140,7 @@ def test_memory_is_limited():
     assert isinstance(answers[1].error, MemoryError)
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_task_that_found_no_memory_is_tried_again_in_another_process(tmp_path):
     """What an earlier task has left in the process is nobody's fault."""
@@ -328,6 +330,7 @@ def start(*tasks, **options):
     return subprocess.Popen(script, stdout=subprocess.PIPE, text=True, **options)
 
 
+@pytest.mark.slow
 def test_a_script_needs_no_guard():
     with start("1", "2") as script:
         said = script.stdout.read().split()
@@ -343,6 +346,7 @@ def is_running(pid):
         return False
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_workers_end_with_their_runner(how):

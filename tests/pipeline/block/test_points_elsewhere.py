@@ -122,6 +122,7 @@ def test_the_island_that_counts_lies_where_the_system_is_used():
     assert [number for number, _ in found.others()] == [int(found.number[0])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("crs", "middle", "shift"),
     [

@@ -57,6 +57,7 @@ def test_clean_points_are_suspects_as_often_as_the_significance_says(clean):
     assert sum(coverages_that_differ(run.examination) is not None for run in clean) == 0
 
 
+@pytest.mark.slow
 def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
     block, name = with_gross_error(simulate_block("demo", seed=1), 2)
     result = densify(block, Settings(coverage_mean="most_central"))
@@ -83,6 +84,7 @@ def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
     assert "differing coverages" in result.summary().replace("\n        ", " ")
 
 
+@pytest.mark.slow
 def test_practice_of_1968_finds_it_too_and_off_marks_nothing():
     block, name = with_gross_error(simulate_block("demo", seed=1), 2)
     practice = densify(block, Settings(screening="practice_1968"))

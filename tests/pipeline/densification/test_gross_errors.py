@@ -91,6 +91,7 @@ def test_an_m_g_that_was_given_wrongly_changes_nothing(spoilt):
     assert len(right ^ found) <= 0.05 * len(right)
 
 
+@pytest.mark.slow
 def test_clean_blocks_have_none():
     n_found = n_models = 0
     for seed in range(4):
@@ -147,6 +148,7 @@ def test_rows_of_one_flight():
     assert not is_gross(found, "high_flight", points).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
 def test_they_take_no_part(spoilt, kept, snooped, outliers):
     is_snooped = outliers == "snoop"

@@ -70,6 +70,7 @@ def test_it_ends_where_nothing_moves_by_a_millimetre(demo_block):
     assert len(text.splitlines()) < 16
 
 
+@pytest.mark.slow
 def test_one_pass_is_what_it_was(demo_block, good_result):
     result = densify(demo_block, Settings(iterations=1))
     assert result.iterations.empty

@@ -104,6 +104,7 @@ def test_with_no_model_given_up_both_are_the_same(demo_block):
     assert solution.two_step is solution.all_in_two_steps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_model_of_two_points_that_is_given_up_is_judged_beside(demo_block, method):
     """The two steps of the others look for patterns in what they hold, and no more."""

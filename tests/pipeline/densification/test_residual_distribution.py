@@ -48,6 +48,7 @@ def test_the_distributed_part_can_be_taken_off(block):
     assert "distributed_easting" not in plain
 
 
+@pytest.mark.slow
 def test_summary_says_how_far_points_were_moved(block):
     text = densify(block, Settings(residual_distribution="inverse_distance")).summary()
     assert "Residuals of control, distributed by inverse distance (total)" in text

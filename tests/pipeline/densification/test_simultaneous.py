@@ -387,6 +387,7 @@ def test_models_cut_off_are_rows_and_the_rest_is_adjusted(block, adjusted):
     assert "1 of" in found.summary()
 
 
+@pytest.mark.slow
 def test_wrong_control_is_named_with_size_and_direction(block):
     control = block.control_points.copy()
     worst = control.index[control["role"] == "control"][3]
@@ -406,6 +407,7 @@ def test_wrong_control_is_named_with_size_and_direction(block):
     assert "control points disagree" in found.simultaneous.summary()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["affine", "helmert"])
 def test_the_least_control_is_not_said_to_disagree(kind):
     """Nothing checks it; what pulls at it are errors in the design matrix."""

@@ -24,6 +24,7 @@ def strained():
     return es.densify(block, es.Settings(method="simultaneous")).assessment
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", SAID)
 def test_a_strained_network_is_named_where_it_leads(strained, language):
     with written_in(language):

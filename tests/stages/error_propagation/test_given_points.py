@@ -130,6 +130,7 @@ def test_groups_of_one_point_each_are_errors_of_points(demo_block):
     assert set(grouped.errors.parts) - set(plain.errors.parts) == {"control_groups"}
 
 
+@pytest.mark.slow
 def test_one_group_of_all_shifts_everything(demo_block):
     """No residual shows it, and every point has it in full."""
     control = demo_block.control_points.assign(group="all")
@@ -149,6 +150,7 @@ def test_one_group_of_all_shifts_everything(demo_block):
     )
 
 
+@pytest.mark.slow
 def test_operators_are_derivatives(demo_block):
     """Moving a group moves the points as its chain says."""
     control = demo_block.control_points.copy()

@@ -26,6 +26,7 @@ def results(demo_block):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_it_stands_in_the_standard_error_of_every_point(results, method):
     plain, shared = (result.points for result in results[method])

@@ -47,6 +47,7 @@ def test_a_share_of_worse_points_shows_in_the_root_mean_square(share):
     assert np.mean(ratios) == pytest.approx(expected, rel=0.08)
 
 
+@pytest.mark.slow
 def test_points_that_are_taken_out_do_not_count():
     """Ten gross errors of a millimetre are no precision of the others."""
     flight = with_worse_points(a_flight(1), 0.1, 1)

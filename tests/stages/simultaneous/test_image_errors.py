@@ -28,6 +28,7 @@ def block():
     return simulate_block("demo", seed=1, geometry=GEOMETRY)
 
 
+@pytest.mark.slow
 def test_points_and_centres_move_as_when_the_images_are_measured_otherwise(block):
     """Projection centres too: they move with the orientations alone."""
     rng = np.random.default_rng(5)
@@ -93,6 +94,7 @@ def test_s_0_is_1_where_errors_are_as_large_as_stated(eight):
     assert by_weights - 1.0 > 3.0 * scatter
 
 
+@pytest.mark.slow
 def test_image_errors_that_show_are_counted_and_s_0_stays_1(block):
     """Half of the true m_g: residuals of the images tell the other half."""
     low = block.low_flight
@@ -115,6 +117,7 @@ def test_clean_residuals_are_rejected_as_often_as_the_level_says(eight, level):
     assert sum(s.residuals["is_suspect"].sum() for _, s in eight) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["keep", "snoop"])
 def test_a_point_measured_wrongly_in_one_image_is_the_suspect(block, outliers):
     """Along the base: no orientation, but its neighbours tell."""

@@ -59,6 +59,7 @@ def claimed(found):
     return np.sqrt((errors**2).sum(axis=1).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("components", ["given", "estimated"])
 @pytest.mark.parametrize("outliers", HANDLED)
 def test_exchanged_names_cost_their_own_measurements(
@@ -75,6 +76,7 @@ def test_exchanged_names_cost_their_own_measurements(
     np.testing.assert_allclose(found.components["factor"], 1.0, atol=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", HANDLED)
 def test_wrong_control_is_named_and_set_aside(displaced, clean_rms, outliers):
     wrong, names = displaced
@@ -114,6 +116,7 @@ def test_given_errors_are_shown_when_others_are_estimated(block):
     np.testing.assert_allclose(control, given.reindex(control.index))
 
 
+@pytest.mark.slow
 def test_kilometres_that_are_kept_make_no_size_of_errors(exchanged):
     wrong, _ = exchanged
     found = es.adjust_block(wrong, outliers="keep", variance_components="estimated")

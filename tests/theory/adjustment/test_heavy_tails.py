@@ -83,6 +83,7 @@ def of_lines(n_models, n_points, seed, share=0.15, n_unknown=2):
     return rows, misfits, start, find_heavy_tails(residuals)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_points", [5, 12])
 def test_small_models_hide_nothing_of_their_good_ones(n_points):
     data = [of_lines(1200 // n_points, n_points, seed) for seed in range(8)]

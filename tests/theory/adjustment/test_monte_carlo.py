@@ -74,6 +74,7 @@ def test_tail_of_squares_is_that_of_chi_square():
     assert tail_of_squares(value, many) == pytest.approx(expected, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_numbers", [6, 300])
 @pytest.mark.parametrize("n_draws", [12, 49])
 def test_few_draws_make_no_false_alarms(n_numbers, n_draws):

@@ -40,6 +40,7 @@ def is_usual(n_alarms, n_draws, alpha):
     return low <= n_alarms <= high
 
 
+@pytest.mark.slow
 def test_clean_networks_raise_no_more_alarms_than_they_should(network):
     xy, information = network
     rng = np.random.default_rng(1)

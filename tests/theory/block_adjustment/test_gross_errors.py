@@ -113,6 +113,7 @@ def make_large_block(make_block, monkeypatch):
     return lambda every: make_block("large", "affine", every=every)
 
 
+@pytest.mark.slow
 def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
     """An error of 400 m makes half of the neighbourhood look wrong."""
     large_block = make_large_block(every=5)

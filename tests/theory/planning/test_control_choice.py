@@ -37,6 +37,7 @@ def _slowly(point, start, position, centre, near):
     return is_chosen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("near", [0.0, NEAR, 0.7])
 def test_the_choice_is_that_of_a_table_of_distances(near):
     point, start, position, centre = _block()

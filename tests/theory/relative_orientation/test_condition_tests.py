@@ -29,6 +29,7 @@ def shares(p_value):
     return found, np.sqrt(LEVELS * (1.0 - LEVELS) / len(p_value))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["rigorous", "determinants"])
 def test_probabilities_are_uniform(good_pairs, estimator):
     orientation = good_pairs.orient(estimator)

@@ -109,6 +109,7 @@ def test_a_long_way_of_steps_stays_on_sphere_and_rotations(rng):
     assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [GAUSS_HELMERT, FIRST_ORDER, DETERMINANTS])
 @pytest.mark.parametrize("n_points", [1, 7, 8, 33])
 def test_sums_equal_matrices(rng, mode, n_points):
@@ -147,6 +148,7 @@ def test_corrections_close_the_condition(rng):
     np.testing.assert_allclose(left, 0.0, atol=rounding)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_steps_solve_the_normal_equations(rng, damping):
     rows = rng.normal(size=(9, 5))

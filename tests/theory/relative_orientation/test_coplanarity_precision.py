@@ -28,6 +28,7 @@ def rows_that_almost_depend(rng, part):
     return rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [1.0, 1e-4, 1e-9])
 def test_cofactors_are_those_of_an_orthogonal_decomposition(part):
     # for 1e-9 the normal equations have no digit left of what decides

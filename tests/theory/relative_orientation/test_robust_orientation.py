@@ -97,6 +97,7 @@ def test_good_pairs_lose_little(make_pairs, norm, loss):
     assert np.median(robust.sigma_0) == pytest.approx(SIGMA, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("norm", "worst"), [("huber", 1.6), ("tukey", 1.2)])
 def test_gross_errors_do_little_harm(make_pairs, norm, worst):
     made, good = simulated(make_pairs, 200, 40, seed=6)

@@ -35,6 +35,7 @@ def tails_by_residuals(orientation):
     return find_heavy_tails(length / np.sqrt(orientation.redundancy_numbers))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n_points", "n_pairs"), [(8, 100), (15, 60), (30, 30)])
 def test_the_good_ones_of_small_pairs_keep_their_sigma_0(make_pairs, n_points, n_pairs):
     found, by_residuals = [], []
@@ -51,6 +52,7 @@ def test_the_good_ones_of_small_pairs_keep_their_sigma_0(make_pairs, n_points, n
     assert np.mean(by_residuals) > 1.15 * SIGMA
 
 
+@pytest.mark.slow
 def test_weights_of_small_pairs_make_no_tails(make_pairs):
     alarms = by_robust = 0
     for seed in range(10):

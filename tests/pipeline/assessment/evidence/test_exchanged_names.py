@@ -42,6 +42,7 @@ def some_model(block, flight, rng):
     return model, tuple(rng.choice(models[model], 2, replace=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["keep", "snoop"])
 def test_a_pair_in_the_low_flight_is_named(demo_block, outliers):
     rng = np.random.default_rng(5)
@@ -184,6 +185,7 @@ def mixed(block, flight, way, seed):
     return wrong, dict(zip(names, names[order], strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
 @pytest.mark.parametrize("way", ["two pairs", "round", "slip"])
 def test_more_names_than_a_pair_are_put_right(demo_block, flight, way):
@@ -222,6 +224,7 @@ def test_a_point_that_is_off_is_no_mixture_of_names(demo_block, flight):
     assert find_exchanged_names(solution) == ()
 
 
+@pytest.mark.slow
 def test_names_that_were_taken_out_move_nothing():
     settings = Settings(method="simultaneous", outliers="snoop")
     result, _ = exchanged_in("high_flight", "affine", settings)

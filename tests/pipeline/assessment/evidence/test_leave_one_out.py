@@ -50,6 +50,7 @@ def assert_same(result, predict, tolerance):
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", ["all", "most_central"])
 @pytest.mark.parametrize(
     ("high", "low"),
@@ -103,6 +104,7 @@ def test_weights_stay_those_of_the_whole_block(demo_block, kind, mean):
     assert_same(result, predict, 1e-8)
 
 
+@pytest.mark.slow
 def test_rigid_models_to_first_order():
     geometry = replace(PRESETS["demo"].geometry, transformation="rigid")
     block = simulate_block("demo", seed=3, geometry=geometry)
@@ -152,6 +154,7 @@ def test_table_holds_together(good_result):
     assert (roles[table["point_id"]] == "control").all()
 
 
+@pytest.mark.slow
 def test_a_wrong_control_point_is_named(demo_block):
     name = densify(demo_block).control_left_out["point_id"][4]
     control = demo_block.control_points.copy()
@@ -166,6 +169,7 @@ def test_a_wrong_control_point_is_named(demo_block):
     assert control_that_contradicts(densify(demo_block).examination) is None
 
 
+@pytest.mark.slow
 def test_control_that_is_worse_than_given_is_called_out():
     block = simulate_block("neukirchen", seed=2)
     control = block.control_points.copy()
@@ -190,6 +194,7 @@ def test_summary_says_how_left_out_points_fit(good_result):
     assert f"worst at {worst}," in section.remarks[0]
 
 
+@pytest.mark.slow
 def test_without_control_that_took_part_nothing_is_left_out(
     demo_block, given_approximations_result
 ):

@@ -76,6 +76,7 @@ def test_p_values_are_even_where_the_given_m_g_is_right(rows):
     assert np.mean(p) == pytest.approx(0.5, abs=0.225)
 
 
+@pytest.mark.slow
 def test_summary_and_report_say_both_figures(result):
     text = result.summary()
     assert "Repeated settings (m_g of one setting, total)" in text
@@ -86,6 +87,7 @@ def test_summary_and_report_say_both_figures(result):
     assert scattered_points(result.examination) is None
 
 
+@pytest.mark.slow
 def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
     larger = es.densify(set_again(m_g_um=M_G_UM / 1.5))
     assert larger.repeated_settings["is_larger"].all()
@@ -120,6 +122,7 @@ def test_one_wrong_setting_is_named():
     assert found.remedy == "set_again"
 
 
+@pytest.mark.slow
 def test_means_with_their_spread_say_the_same(result, tmp_path):
     result.block.write(tmp_path / "block")
     again = es.densify(es.read_block(tmp_path / "block"))

@@ -161,6 +161,7 @@ def test_displacements_point_where_the_strain_does():
     assert strained_network_of_adjustment(result.examination).remedy == "check_network"
 
 
+@pytest.mark.slow
 def test_a_wrong_m_g_does_not_pass_for_a_pattern():
     result = computed("neukirchen", m_g_um=5.0 / 1.5)
     assert film_affinity(result.examination) is None

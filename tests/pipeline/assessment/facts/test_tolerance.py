@@ -56,6 +56,7 @@ def test_without_tolerance_or_points_there_is_nothing_to_tell():
     assert tolerance_facts(POINTS.iloc[:0], PRESETS["vermv_2016"], FIGURE) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 def test_a_block_is_judged_by_its_points(demo_block, method):
     result = densify(demo_block, Settings(method=method, tolerance=0.05))

@@ -72,6 +72,7 @@ def test_two_wrong_check_points_are_both_named_and_not_relied_on(good_result):
     assert found.remedy == "trust_check_points"
 
 
+@pytest.mark.slow
 def test_beside_a_lone_wrong_check_point_no_check_point_is_relied_on(good_result):
     moved, names = with_moved_check_points(good_result, 2)
     summary = moved.summary()

@@ -49,6 +49,7 @@ def with_image_points(block, change):
     return densify(with_low_flight(block, image_points=points))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_mirrored_images_turn_flat_terrain_over(from_images, axis):
     def mirror(points):
@@ -64,6 +65,7 @@ def test_mirrored_images_turn_flat_terrain_over(from_images, axis):
     assert found.gravity is Gravity.GRAVE
 
 
+@pytest.mark.slow
 def test_upright_models_are_not_named(from_images, from_parallaxes, good_result):
     for result in (densify(from_images), densify(from_parallaxes), good_result):
         assert judges.models_upside_down(result.examination) is None

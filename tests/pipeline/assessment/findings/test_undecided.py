@@ -24,6 +24,7 @@ def gross_of(block, n_measured, outliers="snoop", code="gross_measurements"):
     return points.loc[row, "point_id"], found[0], " ".join(result.summary().split())
 
 
+@pytest.mark.slow
 def test_of_two_nothing_tells_which(demo_block):
     name, found, summary = gross_of(demo_block, 2)
     assert found.facts["n_observations"] == 2
@@ -40,6 +41,7 @@ def test_of_two_that_are_kept_nothing_tells_which(demo_block):
     assert f"nothing tells which of them is wrong: {name}." in summary
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_measured", [3, 4])
 def test_of_several_the_others_tell(demo_block, n_measured):
     name, found, summary = gross_of(demo_block, n_measured)

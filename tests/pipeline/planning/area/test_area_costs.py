@@ -234,6 +234,7 @@ DRONE = replace(
 )
 
 
+@pytest.mark.slow
 def test_drones_that_fly_low_are_planned_over_an_area():
     """Their usual layout is shorter than 100 m, which nobody has asked for."""
     area = FlightArea(shapely.box(0.0, 0.0, 150.0, 100.0))
@@ -258,6 +259,7 @@ def test_no_scale_is_advised_that_no_layout_has():
     assert "scale numbers" not in refused.value.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale_number", [900, 1800])
 def test_scale_and_height_that_are_advised_together_give_a_plan(scale_number):
     area = FlightArea(shapely.box(0.0, 0.0, 600.0, 400.0))
@@ -292,6 +294,7 @@ def test_plans_too_large_for_an_area_are_left_out_with_a_word():
     assert len(plan.search.plans) == len(found.plans) - largest
 
 
+@pytest.mark.slow
 def test_plans_between_are_tried_with_every_number_of_coverages():
     """Of two coverages none of the grid is kept, and one between is the cheapest."""
     area = FlightArea(shapely.box(500_000.0, 5_300_000.0, 504_000.0, 5_303_000.0))

@@ -61,6 +61,7 @@ def test_control_stands_on_the_ground():
     np.testing.assert_allclose(control["height"], expected, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_lines_that_come_near_to_the_ground_are_said():
     (said,) = (
         note for note in planned(step(1500.0)).notes if "come as near as" in note

@@ -157,6 +157,7 @@ def test_cameras_stand_at_their_altitudes(planned):
     assert np.ptp(heights) == pytest.approx(0.03 * np.ptp(RING[:, 0]), rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_row_of_a_plan_has_its_control_where_points_are_thinned():
     """Laid out anew with all points, it had other control than the plan tells."""
     camera = CAMERAS["uav_one_inch"]

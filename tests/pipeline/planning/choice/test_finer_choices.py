@@ -138,6 +138,7 @@ def test_plans_lie_between_about_the_next_best_too(search, monkeypatch):
     assert checked.search.plans.index.is_unique
 
 
+@pytest.mark.slow
 def test_the_values_that_are_told_make_a_cheaper_plan(search):
     frame = recommended.frame_over(AREA, PlanFrame())
     plain = recommended.plan_area(AREA, search, frame)

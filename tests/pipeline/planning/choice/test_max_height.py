@@ -141,6 +141,7 @@ def test_what_is_lowered_counts_as_lost_overlap():
         require_overlap(flown.photographs, plan, layout, heights)
 
 
+@pytest.mark.slow
 def test_photographs_follow_the_ground_where_heights_are_limited(tmp_path):
     choices = replace(CHOICES, spacing=(12.0,))
     file = tmp_path / "ground.xyz"

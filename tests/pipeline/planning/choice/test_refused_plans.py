@@ -303,6 +303,7 @@ OF_SLOPE = PlanChoices(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("max_height", [None, 2100.0])
 def test_numbers_advised_on_high_ground_give_a_plan(max_height):
     """Overlaps and scale numbers, with the other options as given."""

@@ -56,6 +56,7 @@ def test_no_more_than_there_are(found):
     assert few.next_ones(2) == []
 
 
+@pytest.mark.slow
 def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
     told = []
     for n_cores in (1, 2, 5):
@@ -65,6 +66,7 @@ def test_the_plan_does_not_depend_on_the_cores(found, monkeypatch):
     assert told[0] == told[1] == told[2]
 
 
+@pytest.mark.slow
 def test_no_more_are_tried_when_the_work_is_done_and_one_is_kept(found):
     propagated = []
 

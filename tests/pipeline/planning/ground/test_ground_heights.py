@@ -36,6 +36,7 @@ def hills(x, y):
     return 500.0 + 200.0 * np.sin(x / 700.0) * np.cos(y / 900.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [400, 1000, 1024])
 def test_a_large_raster_covers_its_area_and_keeps_its_peaks(n):
     """Every k-th cell of rows as long as a multiple of k would be a stripe."""

@@ -186,6 +186,7 @@ def test_crowded_models_are_laid_out_with_fewer_points():
     assert "apart instead of 10, which hardly matters" in said
 
 
+@pytest.mark.slow
 def test_fewer_points_have_the_control_and_the_errors_of_all():
     """They had other control, over areas of other extents: errors 11 % larger."""
     thinned = FlightDesign(
@@ -208,6 +209,7 @@ def test_fewer_points_have_the_control_and_the_errors_of_all():
     assert few.figures.mean == pytest.approx(many.figures.mean, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["affine", "rigid"])
 def test_a_seventh_of_the_points_makes_the_errors_of_all(kind):
     """Their measuring errors counted as those of single points: 5 to 7 % larger."""

@@ -144,6 +144,7 @@ def test_a_million_combinations_come_quickly():
         assert time.process_time() - started < 2.0
 
 
+@pytest.mark.slow
 def test_planning_imports_neither_numba_nor_scipy():
     code = (
         "import sys, einschalt as es; es.plan_precision(8000, 300, 0.1, 10);"

@@ -75,6 +75,7 @@ def test_a_good_block_has_no_problems(good_result):
     assert suggestions_of(good_result.assessment.findings) == ()
 
 
+@pytest.mark.slow
 def test_notes_of_reading_are_no_problems(unchecked_result):
     block = unchecked_result.block
     object.__setattr__(block, "notes", ("low.csv: ignored column colour", "two"))

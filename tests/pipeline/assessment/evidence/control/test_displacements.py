@@ -45,6 +45,7 @@ def test_wrong_control_counts_by_what_it_does_to_the_points(demo_block, method):
     assert not result.assessment.claim_is_supported
 
 
+@pytest.mark.slow
 def test_a_point_that_a_whole_flight_has_elsewhere(demo_block):
     low = demo_block.low_flight
     points = low.model_points.copy()

@@ -79,6 +79,7 @@ def test_a_network_broken_in_two(demo_block, method):
     assert 0.5 * true < credible.value < 2.0 * true
 
 
+@pytest.mark.slow
 def test_a_quadratic_strain(demo_block):
     def bent(control):
         x = control["easting"] - control["easting"].mean()
@@ -240,6 +241,7 @@ def test_of_two_large_parts_either_may_be_the_wrong_one():
     assert _wrong(bend, is_used) == (bend,)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("turned", "kind"), [(np.pi / 3.0, Kind.POINT), (0.0, Kind.STEP)]
 )

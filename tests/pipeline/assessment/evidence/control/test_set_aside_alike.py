@@ -89,6 +89,7 @@ def test_independent_heights_are_seldom_alike():
     assert 0 < found <= binom.ppf(0.9999, n_draws, SIGNIFICANCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3, 6])
 def test_independent_errors_are_seldom_alike(n):
     rng = np.random.default_rng(15)

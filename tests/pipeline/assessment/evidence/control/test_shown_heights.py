@@ -59,6 +59,7 @@ def test_heights_of_one_metre_are_no_step_in_plan(of_one_metre):
     assert 0.85 < credible.value / true_error(of_one_metre) < 1.5
 
 
+@pytest.mark.slow
 def test_what_they_do_in_plan_is_propagated(of_one_metre, sound):
     """As far as heights of one metre move the new points of the same block."""
     before = sound.points.set_index("point_id").loc[of_one_metre.points["point_id"]]
@@ -74,6 +75,7 @@ def test_sound_heights_change_nothing(sound):
     assert examined.moved_by_shown_heights == 0.0
 
 
+@pytest.mark.slow
 def test_one_height_that_is_far_off_does_not_stand_for_all(block):
     control = block.control_points
     place = control.index[control["role"] == "control"][5]

@@ -142,6 +142,7 @@ def test_control_that_is_right_is_told_apart():
     assert rms(miss) < 0.06
 
 
+@pytest.mark.slow
 def test_of_two_parts_about_alike_nothing_tells_which():
     def half(points):
         return points["easting"] > points["easting"].quantile(0.6)
@@ -170,6 +171,7 @@ def east(points):
     return ~west(points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_in", [west, east])
 @pytest.mark.parametrize("where", ["both", "east", "west"])
 def test_control_tells_which_of_two_halves_is_off(is_in, where):
@@ -215,6 +217,7 @@ def test_m_g_that_is_too_small_is_not_taken_for_shared_errors(seed):
     assert doubted.remedy == "doubt_sizes_of_errors"
 
 
+@pytest.mark.slow
 def test_points_with_groups_or_a_high_flight_are_not_looked_at(displaced, good_result):
     assert good_result.examination.displaced_regions == ()
     block, _, names = displaced
@@ -252,6 +255,7 @@ def test_an_error_that_is_stated_too_small_hides_no_region(displaced):
     assert 0.8 < rms(miss) / result.examination.credible.value < 1.25
 
 
+@pytest.mark.slow
 def test_what_was_not_looked_for_is_said():
     oriented = simulate_block(
         "demo", seed=3, geometry=BlockGeometry(measurement="parallaxes")
@@ -263,6 +267,7 @@ def test_what_was_not_looked_for_is_said():
     assert "Not tested: whether the given coordinates of a region are displaced" in said
 
 
+@pytest.mark.slow
 def test_of_several_passes_the_first_is_looked_at(displaced):
     block, _, names = displaced
     found = found_in(densified(block, iterations=3))
@@ -308,6 +313,7 @@ def test_two_regions_are_named_in_one_finding(method):
     assert said.count("standard error of each") == 2
 
 
+@pytest.mark.slow
 def test_what_is_left_beside_a_region_is_told_without_it():
     """An m_g that is too small as well: nothing of errors that neighbours share."""
     result = densified(given(32, corner, m_g=1.5)[0])
@@ -321,6 +327,7 @@ def test_what_is_left_beside_a_region_is_told_without_it():
     assert "share errors, such as" not in " ".join(result.summary().split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200, 203))
 def test_an_edge_along_the_rim_of_models_is_seen(seed):
     """Three rows of points: a line one row beside the edge shows nothing of it."""
@@ -333,6 +340,7 @@ def test_an_edge_along_the_rim_of_models_is_seen(seed):
     assert len(named & names) > 0.85 * len(named | names)
 
 
+@pytest.mark.slow
 def test_what_would_not_be_noticed_is_said(displaced):
     """At the least favourable place, four of five times."""
     result = densified(given(41)[0])

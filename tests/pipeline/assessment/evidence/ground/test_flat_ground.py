@@ -54,5 +54,6 @@ def test_ground_that_is_said_to_be_plane_is_believed(spatial_block):
     assert "curvature_untold" not in codes(result)
 
 
+@pytest.mark.slow
 def test_plane_models_have_no_heights_to_bend(demo_block):
     assert "curvature_untold" not in codes(densify(replace(demo_block, crs=None)))

@@ -175,6 +175,7 @@ def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):
     assert "differ too little to check the principal distance" in told
 
 
+@pytest.mark.slow
 def test_with_a_high_flight_control_is_left_out_instead(block):
     both = densify(simulate_block("demo", seed=2, geometry=GEOMETRY))
     assert both.examination.given_heights is None

@@ -76,6 +76,7 @@ def test_a_corner_is_no_strain():
     assert "strained_network" not in codes
 
 
+@pytest.mark.slow
 def test_a_step_by_itself_is_told_in_the_first_line():
     """Though no other finding follows from it."""
     block, _ = with_a_corner_apart(seed=3)

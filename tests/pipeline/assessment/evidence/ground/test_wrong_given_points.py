@@ -35,6 +35,7 @@ def found_in(result):
     return judged_alone(result).get(CODE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [1.0, 5.0, 100.0, 1000.0])
 def test_it_is_named_and_its_effect_is_in_the_figure(shift):
     block, truth, _ = given(31)
@@ -60,6 +61,7 @@ def test_it_is_named_and_its_effect_is_in_the_figure(shift):
     assert not (miss[new["is_within_tolerance"].to_numpy(bool)] > 0.3).any()
 
 
+@pytest.mark.slow
 def test_it_is_told_first_and_explains_what_it_spoils():
     result = densified(spoilt(given(31)[0], p1045=5.0))
     assert result.assessment.causes[0] == CODE
@@ -77,6 +79,7 @@ def test_it_is_told_first_and_explains_what_it_spoils():
     assert "or take these points out of the approximate points" in said
 
 
+@pytest.mark.slow
 def test_two_of_them_are_named_the_worse_one_in_the_first_line():
     block, truth, _ = given(31)
     result = densified(spoilt(block, p1045=1.0, p1072=-3.0))
@@ -180,6 +183,7 @@ def test_names_exchanged_in_all_measurements_are_in_the_figure():
     assert miss[new.index.isin([one, two])] == pytest.approx(checked, rel=0.1)
 
 
+@pytest.mark.slow
 def test_an_adjustment_does_not_follow_given_points():
     block, truth, _ = given(31)
     result = densified(spoilt(block, p1045=5.0), "simultaneous")

@@ -41,6 +41,7 @@ def common_points(flight, place):
     return tuple(model[["left_image", "right_image"]].iloc[0]), sorted(points)
 
 
+@pytest.mark.slow
 def test_clean_photographs_have_no_exchanged_names(block):
     assert find_exchanged_image_names(densify(block).examination) == ()
 
@@ -91,6 +92,7 @@ def test_the_neighbour_tells_the_photograph(block):
     assert len(found.models) > 1
 
 
+@pytest.mark.slow
 def test_a_gross_error_of_one_image_point_is_no_exchange(block):
     measured = block.low_flight
     points = measured.image_points.copy()
@@ -126,6 +128,7 @@ def test_one_adjustment_is_told_by_the_names_first(with_names_far_apart):
     assert result.assessment.credible.value == pytest.approx(true, rel=0.2)
 
 
+@pytest.mark.slow
 def test_an_adjustment_that_is_refused_names_them(with_names_far_apart):
     flights = with_names_far_apart.examination.two_step.solution.flights
     error = GeometryError("does not converge", expected="models", remedy="Look")
