@@ -253,13 +253,24 @@ def test_pair_that_two_steps_do_not_have(outliers):
 
 
 @pytest.mark.parametrize("method", ["simultaneous", "auto"])
-def test_pair_is_the_remedy_where_nothing_converges(method):
+def test_pair_is_the_remedy_where_hardly_anything_converges(method):
+    """Last digits, as processors round them, decide whether this block does."""
     block, pair = exchanged_in_both(one_flight(12, 4), 12)
-    with pytest.raises(GeometryError) as caught:
-        es.densify(block, es.Settings(method=method, outliers="snoop"))
-    one, other = [name for name in block.control_points["point_id"] if name in pair]
-    assert f"names of control points {one} and {other}" in caught.value.remedy
-    assert "does not converge" in str(caught.value)
+    refused = told = None
+    try:
+        told = es.densify(
+            block, es.Settings(method=method, outliers="snoop")
+        ).assessment
+    except GeometryError as error:
+        refused = error
+    if refused is not None:
+        one, other = [n for n in block.control_points["point_id"] if n in pair]
+        assert f"names of control points {one} and {other}" in refused.remedy
+        assert "does not converge" in str(refused)
+    else:
+        first = told.findings[0]
+        assert (first.code, set(first.names)) == ("exchanged_control", set(pair))
+        assert told.credible.is_lower_bound
 
 
 def test_too_little_control_is_no_matter_of_names():
