@@ -34,7 +34,7 @@ from einschalt.theory.relative_orientation.coplanarity_condition import COMPILED
 from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
 from einschalt.theory.relative_orientation.majority_orientation import (
     FEWEST_POINTS,
-    majority,
+    sizes_by_majority,
 )
 
 PUT_ASIDE = 5.0  # standard errors
@@ -126,7 +126,7 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
             continue
         image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
         size = np.empty(end - begin)
-        scale = majority(image, zr, pose_at(poses[k]), size)[1]
+        scale = sizes_by_majority(image, zr, pose_at(poses[k]), size)
         # nothing is far where most points fit exactly
         if scale > 0.0 and np.sum(size > PUT_ASIDE * scale) < 0.5 * (end - begin):
             is_out[begin:end] = size > PUT_ASIDE * scale

@@ -57,22 +57,22 @@ NEWTON_STEPS = 8
 
 
 @compiled(**COMPILED)
-def majority(image, zr, pose, size):
-    """Pose that most points agree on, beginning at another one, and the scale there.
+def sizes_by_majority(image, zr, pose, size):
+    """Scale of the misclosures where most points agree, looked for from a pose on.
 
-    ``size`` (n,) is filled with the sizes of the misclosures, in left principal
-    distances as the scale.
+    ``size`` (n,) is filled with their sizes there, in left principal distances as the
+    scale.
     """
     settled = _settle(image, zr, pose, size)
     least = misclosure_scale(image, zr, settled, size)
     if least <= CREDIBLE_SIGMA:
-        return settled, least
+        return least
     start = _pose_of_few(image, zr, pose, size)
     for other in (start, _settle(image, zr, start, size)):
         scale = misclosure_scale(image, zr, other, size)
         if not least <= scale:
             settled, least = other, scale
-    return settled, misclosure_scale(image, zr, settled, size)
+    return misclosure_scale(image, zr, settled, size)
 
 
 @compiled(**COMPILED)

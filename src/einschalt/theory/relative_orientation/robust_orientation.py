@@ -3,7 +3,8 @@
 Iteratively reweighted least squares: each condition has, beside the weight of its image
 coordinates, a factor that falls with the size of its misclosure (Huber, Tukey). It
 begins at the ordinary orientation, with the weights of absolute values, so that a few
-large errors have lost their pull before the norm begins.
+large errors have lost their pull before the norm begins; where that orientation is not
+credible, at that of the points that are left without gross errors.
 
 Conditions are weighted at the measured coordinates (Sampson's error); that of corrected
 coordinates differs from it by squares of image errors over the principal distance.
@@ -47,6 +48,7 @@ from einschalt.theory.relative_orientation.majority_orientation import (
     CREDIBLE_SIGMA,
     FEWEST_POINTS,
     N_ABSOLUTE_STEPS,
+    TUKEY_LIMIT,
     misclosure_scale,
     weight_factor,
     weighted_sums,
@@ -54,14 +56,14 @@ from einschalt.theory.relative_orientation.majority_orientation import (
 from einschalt.theory.relative_orientation.starting_orientations import facing
 
 MOST_STEPS = 500
-# medians may jump to and fro for ever: after so many steps the scale is held
+# the scale may jump to and fro for ever: after so many steps the scale is held
 STEPS_WITH_SCALE = 250
 # square of the last step in units of its standard error
 LAST_STEP = 1e-14
 # what is left of numbers of the order of 1 where points fit exactly
 ROUNDING = 1e-13
 # limits for one condition, and the norm by its name
-NORMS = {"huber": (1.345, HUBER[1]), "tukey": (4.685, TUKEY[1])}
+NORMS = {"huber": (1.345, HUBER[1]), "tukey": (TUKEY_LIMIT, TUKEY[1])}
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,9 +24,8 @@ from einschalt.theory.adjustment.least_squares import (
 
 USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE, SAME_GROUND = range(5)
 FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
-FLATTEST = (
-    1e-10  # breadth over length of what a map makes of a circle, if it has an inverse
-)
+# breadth over length of what a map makes of a circle, if it has an inverse
+FLATTEST = 1e-10
 MIRROR_RATIO = 100.0
 PARAMETER_NAMES = {
     "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
