@@ -7,11 +7,11 @@ import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.gross_error_search import outlier_free_block
 from einschalt.theory.block_adjustment.gross_errors import (
     NORMS,
     downweight,
     examine_control,
-    outlier_free_block,
     without_far_control,
 )
 

@@ -9,11 +9,11 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.gross_error_search import outlier_free_block
 from einschalt.theory.block_adjustment.gross_errors import (
     ContradictedModelError,
     downweight,
     examine_control,
-    outlier_free_block,
 )
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_solution import (

@@ -27,9 +27,11 @@ from einschalt.stages.simultaneous.image_errors import (
 )
 from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import (
+    begin_part,
     clean_part,
     stands_without_gross_errors,
     weigh_part,
+    with_centres,
 )
 from einschalt.stages.simultaneous.own_deformation import (
     bent_part,
@@ -57,6 +59,9 @@ from einschalt.theory.block_adjustment.block_solution import (
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
+from einschalt.theory.block_adjustment.gross_error_search import (
+    adjust_without_far_measurements,
+)
 from einschalt.theory.block_adjustment.gross_errors import (
     NORMS,
     ContradictedModelError,
@@ -68,7 +73,6 @@ from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
     SpatialSolution,
     adjust_models,
-    adjust_spatially,
 )
 
 COMPONENTS = ("given", "estimated")
@@ -297,28 +301,25 @@ def _adjust_tables(tables, options, searches):
 
 
 def _adjust_part(tables, part, verdicts, options, searches):
-    solution = _adjusted(part, options)
-    while (loose := determinacy.loose_models(solution)).any():
+    begun = begin_part(part, options, _terms(part, options))
+    while (loose := determinacy.loose_models(begun.solution)).any():
         cause = determinacy.why_loose(part.observations, loose)
         verdicts.verdict[part.models[loose]] = cause[loose]
         part = _part_of(tables, verdicts)
-        solution = _adjusted(part, options)
+        begun = begin_part(part, options, _terms(part, options))
     if tables.is_centre.any():
-        part = tables.observations.of_models(verdicts.is_fine)
-        solution = adjust_spatially(part.observations, solution.placement)
-    search = partial(weigh_part, tables, part, solution, options)
+        part, begun = with_centres(tables, part, begun, verdicts.is_fine)
+    search = partial(weigh_part, tables, part, begun, options)
     if options.outliers != "keep":
         search = partial(searches.weighed, _key_of(verdicts, options), search)
-    tests, solution, weighed, cleaned = _cleaned(
-        tables, part, solution, options, search
-    )
+    tests, begun, weighed, cleaned = _cleaned(tables, part, begun, options, search)
     # its sizes stand beside those of the random errors, which must be known before
     both = [weighed]
-    own = find_own_deformation(tables, weighed, solution, options.deformation)
+    own = find_own_deformation(tables, weighed, begun.solution, options.deformation)
     if options.deformation == "modelled" and is_detected(own):
         part = bent_part(part, weighed, own)
-        solution = solution.readjusted(part.observations)
-        weighed = weigh_part(tables, part, solution, options)
+        begun = begun.readjusted(part.observations)
+        weighed = weigh_part(tables, part, begun, options)
         cleaned = clean_part(weighed, options)
         both.append(weighed)
     judge = partial(_judged, tables, weighed, cleaned, verdicts, options)
@@ -358,28 +359,32 @@ def _loses_no_others(tables, weighed, options):
     return is_plane or stands_without_gross_errors(weighed, options.significance)
 
 
-def _cleaned(tables, part, solution, options, search):
+def _cleaned(tables, part, begun, options, search):
     """Deal with gross errors and with deformations that the models of a flight share.
 
     A gross error passes for a deformation, or hides one: where there are some, the
     tests are made once more without them. ``search()`` looks for gross errors without
     any deformation.
     """
+    solution = begun.solution
     tests, found = _examined(solution, options)
-    is_same = found is solution
-    weighed = search() if is_same else weigh_part(tables, part, found, options)
+    if found is solution:
+        weighed = search()
+    else:
+        begun = replace(begun, solution=found)
+        weighed = weigh_part(tables, part, begun, options)
     cleaned = clean_part(weighed, options)
     if not tests or not (cleaned.is_out.any() or options.outliers in NORMS):
-        return tests, found, weighed, cleaned
+        return tests, begun, weighed, cleaned
     start = cleaned.solution
     if start.terms != solution.terms:
         start = start.with_terms(solution.terms)
     tests, again = _examined(start, options)
     if again.terms != found.terms:
-        found = solution.with_terms(again.terms)
-        weighed = weigh_part(tables, part, found, options)
+        begun = replace(begun, solution=solution.with_terms(again.terms))
+        weighed = weigh_part(tables, part, begun, options)
         cleaned = clean_part(weighed, options)
-    return tests, found, weighed, cleaned
+    return tests, begun, weighed, cleaned
 
 
 def with_known_groups(tables, significance):
@@ -387,14 +392,9 @@ def with_known_groups(tables, significance):
 
     def adjust(tables):
         part, _ = determined_part(tables)
-        return adjust_models(part.observations)
+        return adjust_without_far_measurements(part.observations, significance).solution
 
     return with_group_sizes(tables, adjust, significance)
-
-
-def _adjusted(part, options):
-    """Adjust what can be determined, without projection centres."""
-    return adjust_models(part.observations, _terms(part, options))
 
 
 def _examined(solution, options):

@@ -166,15 +166,15 @@ def has_images(tables):
 
 
 def judge_of(part, drawn):
-    """Test of the observations of a part: ``judge(solution, is_out)``.
+    """Test of the observations of a part: ``judge(solution, is_out, given)``.
 
     By the covariance of their residuals where it was drawn, alone otherwise. What is
     out takes no part in how large the errors of its flight are.
     """
     flight = part.observations.flight[part.observations.model]
 
-    def judge(solution, is_out, given=None):
-        alone = judge_observations(solution, given or solution.observations)
+    def judge(solution, is_out, given):
+        alone = judge_observations(solution, given)
         if drawn is None:
             return alone
         return judge_by_covariance(solution, alone, drawn, flight, ~is_out)

@@ -19,17 +19,64 @@ from einschalt.stages.simultaneous.variance_components import (
     groups_of,
     weigh_groups,
 )
+from einschalt.theory.block_adjustment.absolute_residuals import INCREDIBLE
+from einschalt.theory.block_adjustment.determinacy import loose_models
+from einschalt.theory.block_adjustment.gross_error_search import (
+    adjust_without_far_measurements,
+    sound_block,
+)
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     OutlierFreeBlock,
     downweight,
     examine_control,
-    outlier_free_block,
     with_all_control,
+    without_rows,
 )
-from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
+from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
+    adjust_models,
+    adjust_spatially,
+)
 
 MOST_ROUNDS = 6
+
+
+def begin_part(part, options, terms=()) -> OutlierFreeBlock:
+    """Adjust a part, without projection centres, to begin with.
+
+    Where it does not stand beside gross errors that are looked for, without what is far
+    off.
+    """
+    looks = options.outliers != "keep"
+    try:
+        solution = adjust_models(part.observations, terms)
+    except NoConvergenceError:
+        if not looks:
+            raise
+    else:
+        is_credible = not solution.s_0 > INCREDIBLE
+        if is_credible or not (looks and loose_models(solution).any()):
+            return OutlierFreeBlock.whole(solution)
+    return adjust_without_far_measurements(
+        part.observations, options.significance, terms
+    )
+
+
+def with_centres(tables, part, begun, is_kept):
+    """Part with the projection centres of the models that are kept, and its block.
+
+    The block begins where the points of the part stand.
+    """
+    is_far = np.zeros(len(tables.observations.model), dtype=bool)
+    is_far[part.rows] = begun.is_out
+    part = tables.observations.of_models(is_kept)
+    is_far = is_far[part.rows]
+    without = without_rows(part.observations, is_far)
+    block = OutlierFreeBlock.whole(adjust_spatially(without, begun.solution.placement))
+    if is_far.any():
+        block = replace(block, is_out=is_far).readjusted(part.observations)
+    return part, block
 
 
 def clean_part(weighed, options) -> CleanedBlock:
@@ -56,22 +103,22 @@ def stands_without_gross_errors(weighed, significance) -> bool:
     return True
 
 
-def weigh_part(tables, part, solution, options) -> Weighed:
+def weigh_part(tables, part, begun, options) -> Weighed:
     """Give the groups of a part the errors that they show, without gross ones.
 
-    ``solution`` is that of the part. Gross errors are looked for unless they are to be
-    kept, and in the same way whatever is to become of them.
+    ``begun`` is the OutlierFreeBlock of the part to begin with: without what is far
+    off. Gross errors are looked for unless they are to be kept, and in the same way
+    whatever is to become of them.
     """
     estimates_all = options.variance_components == "estimated"
     if options.outliers == "keep":
-        block = OutlierFreeBlock.whole(solution)
-        return weigh_groups(tables, part, block, all_of_them=estimates_all)
+        return weigh_groups(tables, part, begun, all_of_them=estimates_all)
     drawn = None
     if has_images(tables):
         given = np.ones(len(groups_of(tables, part).names) + 1)
-        drawn = covariances(tables, part, given, solution).residuals
+        drawn = covariances(tables, part, given, begun.solution).residuals
     judge = judge_of(part, drawn)
-    block = outlier_free_block(solution, options.significance, judge)
+    block = sound_block(begun, part.observations, options.significance, judge)
     factors = 1.0
     for _ in range(MOST_ROUNDS):
         weighed = weigh_groups(
@@ -80,8 +127,8 @@ def weigh_part(tables, part, solution, options) -> Weighed:
         if weighed.part is part:
             break
         part, factors, before = weighed.part, weighed.factors, block
-        solution = solution.readjusted(part.observations)
-        block = outlier_free_block(solution, options.significance, judge)
+        begun = begun.readjusted(part.observations)
+        block = sound_block(begun, part.observations, options.significance, judge)
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)

@@ -18,13 +18,14 @@ from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.block_adjustment.adjusted_block import AdjustedBlock
 from einschalt.theory.block_adjustment.block_tests import (
     judge_control,
-    judge_observations,
 )
 from einschalt.theory.block_adjustment.determinacy import loose_models
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
 FAR = 6.0  # times the usual contradiction of a given point, which is no chance
 MOST_STEPS = 100
+# how often measurements that were left out too early may come back
+MOST_RETURNS = 20
 # of the worst w, above which observations are taken out in the same step
 NEARLY_WORST = 0.5
 # models over which a wrong given point may make others look wrong
@@ -83,27 +84,24 @@ class OutlierFreeBlock:
         return OutlierFreeBlock(solution, self.is_out, self.is_wrong)
 
 
-def _judged(solution, _):
-    """Tests of observations whose errors are independent."""
-    return judge_observations(solution, solution.observations)
-
-
-def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBlock:
+def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     """Take the worst observations and given points out until the test refuses none.
 
     Given points that contradict the block more than any measurement of theirs are set
     aside: the measurements would be taken out in their place. A large gross error makes
     good control look wrong as well, so all of it is judged once more in the end.
-    ``significance`` is the probability with which a model without gross errors loses a
-    point. ``judge(solution, is_out)`` gives the BlockTests of the observations.
+    ``begun`` is the OutlierFreeBlock to begin with, its errors are ``given``; what was
+    left out too early there comes back. ``significance`` is the probability with which
+    a model without gross errors loses a point. ``judge(solution, is_out, given)`` gives
+    the BlockTests of the observations.
     Raises ContradictedModelError for a spatial model that loses most of its
     measurements, or its hold: only what was taken out would place it, anywhere.
     """
-    given = solution.observations
-    is_out = np.zeros(len(given.model), dtype=bool)
+    solution, is_out = begun.solution, begun.is_out.copy()
+    n_returns = MOST_RETURNS if is_out.any() else 0
     is_aside = np.zeros(given.n_points, dtype=bool)
     for _ in range(MOST_STEPS):
-        tests = judge(solution, is_out)
+        tests = judge(solution, is_out, given)
         of_control = judge_control(solution)
         doubted = _wrong_control(solution, (of_control, tests), is_out, significance)
         worst = _worst_rows(solution, tests, is_out, significance)
@@ -114,7 +112,11 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
         elif len(worst):
             is_out[worst] = True
         else:
-            break
+            is_back = is_out & are_credible(given, tests, significance)
+            if n_returns == 0 or not is_back.any():
+                break
+            is_out[is_back] = False
+            n_returns -= 1
         solution = _without(solution, given, is_out, is_aside)
         _require_hold(solution, is_out, np.isfinite(tests.p_value))
     if not is_aside.any():
@@ -122,6 +124,21 @@ def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBloc
     solution = _without(solution, given, is_out, np.zeros_like(is_aside))
     verdict = examine_control(solution, significance)
     return OutlierFreeBlock(verdict.without, is_out, verdict.is_suspect)
+
+
+def are_credible(observations, tests, significance):
+    """Which measurements no test refuses."""
+    is_tested = np.isfinite(tests.p_value)
+    return ~_are_refused(observations, tests, is_tested, significance)
+
+
+def _are_refused(observations, tests, is_tested, significance):
+    """Which of the tested measurements are refused, each by the number in its model."""
+    model = observations.model[is_tested]
+    n_tested = np.bincount(model, minlength=observations.n_models)
+    is_refused = is_tested.copy()
+    is_refused[is_tested] = tests.p_value[is_tested] * n_tested[model] <= significance
+    return is_refused
 
 
 def _require_hold(solution, is_out, is_tested):
@@ -154,11 +171,8 @@ def with_all_control(block, given) -> CleanedBlock:
 def _without(solution, given, is_out, is_aside):
     """Adjust the block anew, without these rows and given points."""
     factors = np.where(is_aside, OUT**2, 1.0)[:, None, None]
-    changed = replace(
-        given,
-        standard_error=_times(given.standard_error, np.where(is_out, OUT, 1.0)),
-        control_covariance=given.control_covariance * factors,
-    )
+    covariance = given.control_covariance * factors
+    changed = replace(without_rows(given, is_out), control_covariance=covariance)
     solution = solution.readjusted(changed)
     n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
     lost = solution.residuals.shape[1] * n_lost
@@ -205,15 +219,10 @@ def _times(standard_error, factors):
 def _worst_rows(solution, tests, is_out, significance):
     """Refused observations that are the worst of their model and of their point."""
     model, point = solution.observations.model, solution.observations.point
-    n_models = solution.observations.n_models
     is_tested = np.isfinite(tests.p_value) & ~is_out
-    n_tested = np.bincount(model[is_tested], minlength=n_models)
-    is_refused = is_tested.copy()
-    is_refused[is_tested] = (
-        tests.p_value[is_tested] * n_tested[model[is_tested]] <= significance
-    )
+    is_refused = _are_refused(solution.observations, tests, is_tested, significance)
     w = np.where(is_refused, tests.w, 0.0)
-    start = np.searchsorted(model, np.arange(n_models + 1))
+    start = np.searchsorted(model, np.arange(solution.observations.n_models + 1))
     worst_of_model = segment_min_max(w, start)[1]
     worst_of_point = np.zeros(solution.observations.n_points)
     np.maximum.at(worst_of_point, point, w)
@@ -223,6 +232,14 @@ def _worst_rows(solution, tests, is_out, significance):
     # of equal ones the first: two measurements of a point are refused alike
     rows = rows[np.unique(model[rows], return_index=True)[1]]
     return rows[np.unique(point[rows], return_index=True)[1]]
+
+
+def without_rows(observations, is_out):
+    """Observations of which some rows count for nothing."""
+    if not is_out.any():
+        return observations
+    error = _times(observations.standard_error, np.where(is_out, OUT, 1.0))
+    return replace(observations, standard_error=error)
 
 
 def norms_of(name):

@@ -1,0 +1,145 @@
+"""Where the search for gross errors begins.
+
+With all measurements, as least squares adjust them; but where these have shrunk or bent
+to gross errors, so that the search ends with a block that is not credible, without the
+measurements that are far off by absolute residuals. Of them the good ones come back
+first.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from einschalt.theory.block_adjustment.absolute_residuals import (
+    INCREDIBLE,
+    far_measurements,
+)
+from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.gross_errors import (
+    MOST_RETURNS,
+    NEARLY_WORST,
+    ContradictedModelError,
+    OutlierFreeBlock,
+    are_credible,
+    take_out,
+    without_rows,
+)
+from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
+    adjust_models,
+    adjust_spatially,
+)
+from einschalt.theory.block_adjustment.spatial_start import place_models
+
+# growth of s_0 by which a measurement that has come back is seen to be wrong
+GROWS = 2.0
+FAILURES = (ContradictedModelError, NoConvergenceError)
+
+
+def _judged(solution, _, given):
+    """Tests of observations whose errors are independent."""
+    return judge_observations(solution, given)
+
+
+def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBlock:
+    """Take gross errors out of an adjusted block; see :func:`sound_block`."""
+    whole, given = OutlierFreeBlock.whole(solution), solution.observations
+    return sound_block(whole, given, significance, judge)
+
+
+def sound_block(begun, given, significance, judge=_judged) -> OutlierFreeBlock:
+    """Take gross errors out, as :func:`.gross_errors.take_out`.
+
+    Where least squares have led to nothing credible, the block is begun anew without
+    what is far off.
+    """
+    how = given, significance, judge
+    found, failure = None, None
+    try:
+        found = take_out(begun, *how)
+    except FAILURES as error:
+        failure = error
+    is_credible = found is not None and not found.solution.s_0 > INCREDIBLE
+    if is_credible or begun.is_out.any() or not begun.solution.s_0 > INCREDIBLE:
+        return _found_or_raised(found, failure)
+    try:
+        anew = take_out(begin(begun.solution, significance), *how)
+    except FAILURES:
+        return _found_or_raised(found, failure)
+    return min(found or anew, anew, key=lambda block: block.solution.s_0)
+
+
+def _found_or_raised(found, failure):
+    if failure is not None:
+        raise failure
+    return found
+
+
+def begin(solution, significance) -> OutlierFreeBlock:
+    """Leave out what is far off, where least squares are not credible.
+
+    A spatial block is placed anew: where it stands it may have shrunk to nothing.
+    """
+    given = solution.observations
+    if not solution.s_0 > INCREDIBLE:
+        return OutlierFreeBlock.whole(solution)
+    if given.is_in_space:
+        return adjust_without_far_measurements(given, significance)
+    return _begun(solution, far_measurements(solution), significance)
+
+
+def adjust_without_far_measurements(
+    observations, significance, terms=()
+) -> OutlierFreeBlock:
+    """Adjust a block without the measurements that are far off.
+
+    They are looked for before a spatial block is placed, since it may not stand beside
+    them at all.
+    """
+    if not observations.is_in_space:
+        return begin(adjust_models(observations, terms), significance)
+    plan = adjust(observations.in_plan(is_affine=False))
+    far = far_measurements(plan)
+    start = None if far.any() else place_models(observations, plan)
+    solution = adjust_spatially(without_rows(observations, far > 0.0), start)
+    return _begun(replace(solution, observations=observations), far, significance)
+
+
+def _begun(solution, far, significance):
+    """Block without what is far off, by so much; of observations as they are given.
+
+    Good measurements look wrong beside a gross error. What is credible comes back, the
+    nearest of each model and point first: where these hardly hold without them, nothing
+    but that tells them from the gross error, and what it does to the block.
+    """
+    block, given = OutlierFreeBlock.whole(solution), solution.observations
+    if not far.any():
+        return block
+    block = replace(block, is_out=far > 0.0).readjusted(given)
+    may_return = block.is_out.copy()
+    for _ in range(MOST_RETURNS):
+        tests = judge_observations(block.solution, given)
+        is_credible = may_return & are_credible(given, tests, significance)
+        if not is_credible.any():
+            break
+        is_back = _nearest(given, far, is_credible)
+        tried = replace(block, is_out=block.is_out & ~is_back).readjusted(given)
+        if tried.solution.s_0 > max(INCREDIBLE, GROWS * block.solution.s_0):
+            may_return &= ~(is_back & (far >= np.median(far[is_back])))
+            continue
+        block, may_return = tried, may_return & ~is_back
+    return block
+
+
+def _nearest(observations, far, is_asked):
+    """Of some measurements those that are the least far off of their model and point.
+
+    Or hardly farther.
+    """
+    is_nearest = is_asked.copy()
+    for holder in (observations.model, observations.point):
+        least = np.full(holder.max() + 1, np.inf)
+        np.minimum.at(least, holder[is_asked], far[is_asked])
+        is_nearest &= far * NEARLY_WORST <= least[holder]
+    return is_nearest
