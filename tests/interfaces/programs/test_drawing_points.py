@@ -110,3 +110,32 @@ def test_points_of_a_vrt_have_free_numbers_and_heights_of_their_own(tmp_path):
     (tmp_path / "a.vrt").write_text(text.replace('Z="5"', 'Z="n/a"'))
     with pytest.raises(EinschaltError, match="a GCP has the height 'n/a'"):
         read_foreign(tmp_path / "a.vrt")
+
+
+@pytest.mark.parametrize(
+    ("system", "mapping", "is_exchanged"),
+    [
+        ("EPSG:31467", "2,1", False),
+        ("EPSG:31467", "1,2", True),  # whose first axis is the northing
+        ("EPSG:32633", "1,2", False),
+        ("EPSG:32633", "2,1", True),
+        ("EPSG:4326", "2,1", False),
+        ("EPSG:4326", "1,2", True),
+    ],
+)
+def test_gcps_have_their_axes_in_the_order_that_a_vrt_maps(
+    tmp_path, system, mapping, is_exchanged
+):
+    """X was taken for the easting, whatever the mapping says."""
+    text = (
+        f'<VRTDataset><GCPList Projection="{system}" '
+        f'dataAxisToSRSAxisMapping="{mapping}"><GCP Id="A" Pixel="1" Line="2" '
+        'X="13.5" Y="48.25" Z="7"/></GCPList></VRTDataset>'
+    )
+    (tmp_path / "a.vrt").write_text(text)
+    table = read_foreign(tmp_path / "a.vrt").tables["control_points"]
+    place = [48.25, 13.5] if is_exchanged else [13.5, 48.25]
+    assert table.iloc[0, 1:4].tolist() == [*place, 7.0]
+    (tmp_path / "a.vrt").write_text(text.replace(mapping, "x,1"))
+    with pytest.raises(EinschaltError, match="dataAxisToSRSAxisMapping is 'x,1'"):
+        read_foreign(tmp_path / "a.vrt")

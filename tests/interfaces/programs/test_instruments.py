@@ -98,6 +98,34 @@ def test_words_of_gsi_have_their_width_and_may_hold_blanks(tmp_path, line, name)
     assert table.to_numpy().tolist() == [[name, 100.0, 200.0, 50.0]]
 
 
+def test_hyphens_of_an_instrument_are_no_value(tmp_path):
+    """So TPS instruments write a height that they do not have."""
+    words = "81..10+0000000000100000 82..10+0000000000200000"
+    lines = [
+        f"*110001+00000000000000P1 {words} 83..10+0000000000050000",
+        f"*110002+00000000000000P2 {words} 83..10+00000000000-----",
+        f"*110003+00000000000000P3 {words.replace('200000', '0-----')}",
+    ]
+    found = read(tmp_path, "a.gsi", " \n".join(lines) + "\n")
+    table = found.tables["control_points"].set_index("point_id")
+    assert table.index.tolist() == ["P1", "P2"]
+    assert table.loc["P1"].tolist() == [100.0, 200.0, 50.0]
+    assert table.loc["P2", ["easting", "northing"]].tolist() == [100.0, 200.0]
+    assert table["height"].isna().tolist() == [False, True]
+    assert "a.gsi: 1 line without coordinates left out" in found.notes
+
+
+def test_a_second_point_of_a_line_is_a_point_of_its_own(tmp_path):
+    """Its words were taken for those of the first."""
+    other = OF_TARGET.replace("+001", "+007")
+    line = f"110001+000000P1 {OF_TARGET} 110002+000000P2 {other}\n"
+    table = read(tmp_path, "a.gsi", line).tables["control_points"]
+    assert table.to_numpy().tolist() == [
+        ["P1", 100.0, 200.0, 50.0],
+        ["P2", 700.0, 200.0, 50.0],
+    ]
+
+
 def test_a_line_of_blanks_takes_no_time(tmp_path):
     """Of 20 000 blanks each was the start of a search to the end of them."""
     remark, blanks = "71....+aaaaaaaaaa", " " * 100_000

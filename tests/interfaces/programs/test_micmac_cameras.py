@@ -172,3 +172,15 @@ def test_what_camera_toml_does_not_have_of_mmvii_is_told(tmp_path, old, new, sai
 def test_a_damaged_calibration_is_refused(tmp_path, old, new, said):
     with pytest.raises(EinschaltError, match=said):
         read(tmp_path, MICMAC.format(**PENTAX).replace(old, new))
+
+
+@pytest.mark.parametrize("tag", ["Sigma2", "OptSigma2", "__Opt__Sigma2"])
+def test_precisions_of_every_version_of_mmvii_are_read(tmp_path, tag):
+    """Of files of 2024 they were lost in silence."""
+    (tmp_path / "a.xml").write_text(f"""<Root><Type>"MMVII_Serialization"</Type><Data>
+<SetGCP><NameSet>"a"</NameSet><Measures><el><Name>"P 1"</Name><Pt>1 2 3</Pt>
+<AdditionalInfo>""</AdditionalInfo><{tag}>4 0 0 9 0 16</{tag}></el></Measures></SetGCP>
+</Data></Root>""")
+    table = read_foreign(tmp_path / "a.xml").tables["control_points"]
+    errors = [f"standard_error_{axis}" for axis in ("easting", "northing", "height")]
+    assert table.loc[0, errors].tolist() == [2.0, 3.0, 4.0]

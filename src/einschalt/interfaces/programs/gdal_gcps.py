@@ -23,6 +23,7 @@ from einschalt.interfaces.programs.foreign import (
 )
 
 VRT = "a VRT with a GCPList"
+MAPPING = "dataAxisToSRSAxisMapping"
 TIFF = "a GeoTIFF with tie points"
 ARCGIS = "GeodataXform with SourceGCPs and TargetGCPs"
 QGIS = "mapX,mapY,sourceX,sourceY,enable and lines of five columns or more"
@@ -67,6 +68,8 @@ def read_vrt(file) -> Foreign:
     listed = next(each(root, "GCPList"), None)
     if listed is None:
         raise damaged(file.source, "has no GCPList", VRT)
+    crs = code_on_earth(listed.get("Projection"))
+    is_exchanged = _is_northing_first(listed, crs, file.source)
     rows = []
     for one in each(listed, "GCP"):
         said = [one.get(name) for name in ("Pixel", "Line", "X", "Y")]
@@ -76,11 +79,27 @@ def read_vrt(file) -> Foreign:
         height = one.get("Z") or one.get("GCPZ") or "nan"
         if height != "nan" and not is_finite(height):
             raise damaged(file.source, f"a GCP has the height {height!r}", "a number")
-        rows.append((one.get("Id"), *map(float, said), float(height), "control"))
-    image = file.path.name
-    return _foreign(
-        rows, code_on_earth(listed.get("Projection")), image, file.source, VRT
-    )
+        x, y, *place = map(float, said)
+        place = place[::-1] if is_exchanged else place
+        rows.append((one.get("Id"), x, y, *place, float(height), "control"))
+    return _foreign(rows, crs, file.path.name, file.source, VRT)
+
+
+def _is_northing_first(listed, crs, source):
+    """Whether X of a GCP is the northing or latitude, as the mapping of axes says.
+
+    Without a mapping X is the easting or longitude, whatever the system says.
+    """
+    said = listed.get(MAPPING)
+    if said is None or crs is None:
+        return False
+    axes = read_source_crs(crs).axis_info
+    first = said.split(",")[0].strip()
+    if first not in {str(place + 1) for place in range(len(axes))}:
+        raise damaged(
+            source, f"dataAxisToSRSAxisMapping is {said[:60]!r}", "1,2 or 2,1"
+        )
+    return axes[int(first) - 1].direction == "north"
 
 
 def read_arcgis(file) -> Foreign:

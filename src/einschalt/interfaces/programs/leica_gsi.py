@@ -3,10 +3,13 @@
 A word is an index of two digits, four characters on it, a sign and the digits, as
 ``81..10+00013826``: the easting 13.826 m. A line with ``*`` before it has sixteen. The
 unit is the last of the four: millimetres, tenths or hundredths of them. Words have a
-fixed width, so that names and remarks may hold blanks.
+fixed width, so that names and remarks may hold blanks. Instruments write hyphens where
+they have no value, such as ``83..10+000-----``, and some programs several points in
+one line.
 """
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -36,6 +39,7 @@ TARGET, STATION = ("81", "82", "83"), ("84", "85", "86")
 MEASUREMENTS = ("21", "22", "31", "32", "33")
 UNITS = {"0": 1e-3, "6": 1e-4, "8": 1e-5}  # [m]
 FEET = ("1", "7")
+NO_VALUE = re.compile(r"0*-+")
 
 
 def read_gsi(file) -> Foreign:
@@ -44,12 +48,12 @@ def read_gsi(file) -> Foreign:
     require_rows(lines, file.source, EXPECTED)
     names, places, n_others = [], [], 0
     for line in lines:
-        name, place = _point(line, file.source)
-        if name is None or np.isnan(place[:2]).any():
-            n_others += 1
-        else:
-            names.append(name)
-            places.append(place)
+        for name, place in _points(line, file.source):
+            if name is None or np.isnan(place[:2]).any():
+                n_others += 1
+            else:
+                names.append(name)
+                places.append(place)
     if not names:
         raise FileError(
             "holds no coordinates: angles and distances alone are no points",
@@ -70,11 +74,20 @@ def read_gsi(file) -> Foreign:
     return Foreign(tables, None, tuple(notes), unit=METRES, unit_m=1.0)
 
 
-def _point(line, source):
-    """Name of a point, None of another line, and its coordinates, NaN where none."""
-    text, place = line.text.removeprefix("*"), np.full(3, np.nan)
+def _points(line, source):
+    """Names and coordinates of the points of a line, mostly of one."""
     n_digits = 16 if line.text.startswith("*") else 8
-    first, *rest = _words(text, n_digits, line, source)
+    words = _words(line.text.removeprefix("*"), n_digits, line, source)
+    # a name begins a point: the words of a second one are not those of the first
+    starts = [k for k, word in enumerate(words) if k and word["index"] == NAME]
+    for start, stop in pairwise([0, *starts, len(words)]):
+        yield _point(words[start:stop], n_digits, line, source)
+
+
+def _point(words, n_digits, line, source):
+    """Name of a point, None of another line, and its coordinates, NaN where none."""
+    place = np.full(3, np.nan)
+    first, *rest = words
     if first["index"] != NAME:
         return None, place
     if len(first["digits"]) != n_digits:
@@ -110,6 +123,8 @@ def _metres(word, n_digits, line, source):
             row=line.row,
         )
     is_whole = len(digits) == n_digits and digits.isdecimal()
+    if len(digits) == n_digits and NO_VALUE.fullmatch(digits):
+        return np.nan
     if unit not in UNITS or not is_whole:
         raise _unreadable(said, line, source)
     # exact, as the digits are: 13826180 * 1e-3 is not 13826.18

@@ -31,6 +31,7 @@ MARKS = (b"DicoAppuisFlottant", b"MesureAppuiFlottant", b"OrientationConique")
 MARKS += (b"CalibrationInternConique",)
 MARKS += (b"MMVII_Serialization", b"SetOfMesureAppuisFlottants")
 TURNED = np.diag([1.0, -1.0, -1.0])
+SIGMA = ("Sigma2", "OptSigma2", "__Opt__Sigma2")  # of older and newer versions
 COVARIANCE = {  # place in Sigma2: xx xy xz yy yz zz
     "covariance_en": 1,
     "covariance_eh": 2,
@@ -93,7 +94,7 @@ def _control(root, source):
         for one in members:
             name = _named(text_of(one, "Name"), source)
             place = _numbers(text_of(one, "Pt"), 3, source, f"point {name}")
-            said = text_of(one, "Sigma2") or text_of(one, "OptSigma2")
+            said = next(filter(None, (text_of(one, tag) for tag in SIGMA)), "")
             sigma = _numbers(said, 6, source, f"point {name}") if said else [np.nan] * 6
             error = [np.sqrt(sigma[k]) if sigma[k] >= 0 else np.nan for k in (0, 3, 5)]
             between = [sigma[k] for k in COVARIANCE.values()]
