@@ -278,6 +278,26 @@ def test_a_list_of_marks_without_names_is_told_by_its_images(tmp_path, text):
     assert "= image_id" in table.notes[0]
 
 
+@pytest.mark.parametrize(
+    "row",
+    [
+        "D 1.JPG,0.1,240891.44,543450.42,139.03",  # precision and place
+        "D 1.JPG,48.207132,16.371044,463.2",  # as Pix4D takes places of images
+    ],
+)
+def test_places_of_images_are_not_taken_for_marks(tmp_path, row):
+    """Their precisions or latitudes were names of points, their places pixels."""
+    text = f"{row}\n{row.replace('1.JPG', '2.JPG')}\n"
+    (tmp_path / "m.txt").write_text(text)
+    with pytest.raises(TableError, match="the name of a point or a number") as caught:
+        understand_table(tmp_path / "m.txt", IMAGE_POINTS)
+    assert "row 1" in str(caught.value)
+    # one name that is none is a name as well
+    more = ",".join(["D 3.JPG,P1,562.3,2047.5", "1"][: row.count(",") - 2])
+    (tmp_path / "m.txt").write_text(f"{text}{more}\n")
+    assert len(understand_table(tmp_path / "m.txt", IMAGE_POINTS).frame) == 3
+
+
 @pytest.mark.parametrize("row", ["a.jpg,b.jpg,1.5,2.5", "a,b,1.5,2.5"])
 def test_a_list_in_which_nothing_tells_the_image_is_refused(tmp_path, row):
     (tmp_path / "m.txt").write_text(f"{row}\n{row.replace('a', 'c')}\n")

@@ -1,7 +1,9 @@
 """Lists of points whose columns have no names: whether they are what they look like.
 
 A name, two coordinates, perhaps a height. Where the first number is a coordinate
-itself, the others would be taken for what stands before them.
+itself, the others would be taken for what stands before them. So would those behind the
+name of an image: programs list the places of images as well, with precisions or
+latitudes where a list of marks has names of points.
 """
 
 import numpy as np
@@ -14,7 +16,8 @@ from einschalt.foundations.tables import LINE
 from einschalt.pipeline.block.given_points import NO_HEIGHT
 
 HIGHEST_M = 9000.0  # no point of the earth's surface is as high
-NAMES, HEIGHT = "point_id", "height"
+NAMES, HEIGHT, IMAGES = "point_id", "height", "image_id"
+NO_NAME = "column "  # by which a column without one is called
 REMEDY = (
     "Write a line with the names of the columns above the values, such as "
     "point_id, easting, northing, height"
@@ -23,7 +26,11 @@ REMEDY = (
 
 def refuse_other_lists(frame, meant, said, source):
     """Refuse names that are coordinates, and heights that are none."""
-    if not (meant.is_by_place and len(frame)):
+    if not len(frame):
+        return
+    if meant.translated.get(IMAGES, "").startswith(NO_NAME):
+        _refuse_places(frame, said, source)
+    if not meant.is_by_place:
         return
     if NAMES not in said.columns and frame[NAMES].map(_has_decimals).all():
         first = shortened(str(frame[NAMES].iloc[0]))
@@ -37,6 +44,21 @@ def refuse_other_lists(frame, meant, said, source):
         )
     if HEIGHT in frame and HEIGHT not in said.columns:
         _refuse_heights(frame, meant.translated[HEIGHT], source)
+
+
+def _refuse_places(frame, said, source):
+    """Refuse places of images that were taken for marks in them."""
+    if NAMES not in said.columns and frame[NAMES].map(_has_decimals).all():
+        first = shortened(str(frame[NAMES].iloc[0]))
+        raise TableError(
+            f"the columns have no names, and beside the images stands {first!r}: is "
+            "that the name of a point or a number?",
+            expected="image, point, x and y",
+            remedy="Write a line with the names of the columns above the values, such "
+            "as image_id, point_id, x, y; the places of images are no table of a block",
+            file=source,
+            row=_line(frame, 0),
+        )
 
 
 def _has_decimals(name):
