@@ -130,6 +130,14 @@ JOBXML = """\
 <East>1.5</East><Elevation>3.5</Elevation></Grid></Point>
 <Point><ID>2</ID><Name>P2</Name><Grid/></Point></Reductions></JOBFile>
 """
+KML = """\
+<?xml version="1.0"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document>
+<Placemark><name>P 1</name><ExtendedData><Data name="Art"><value>Passpunkt</value>
+</Data></ExtendedData><Point><altitudeMode>absolute</altitudeMode>
+<coordinates>13.5,48.25,411.5</coordinates></Point></Placemark>
+<Placemark><LineString><coordinates>1,2 3,4</coordinates></LineString></Placemark>
+</Document></kml>
+"""
 GSI = """\
 *110001+00000000000000P7 81..10+0000000000001500 82..10-0000000000002250 \
 83..16+0000000000035000
@@ -139,6 +147,7 @@ GSI = """\
 # table, then what stands in its first row
 READ = {
     "a.xml": (LANDXML, "control_points", ["A", 1.0, 2.0, 3.0]),
+    "a.kml": (KML, "control_points", ["P 1", 13.5, 48.25, 411.5, "control"]),
     "a.jxl": (JOBXML, "control_points", ["P 1", 1.5, 2.25, 3.5]),
     "a.gsi": (GSI, "control_points", ["P7", 1.5, -2.25, 3.5]),
     "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),

@@ -27,11 +27,11 @@ WORDS = {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
         "en": "pointid pointnumber pointno pointnr pointname pointref point pt ptid "
-        "ptno opid gcp gcpid gcpname label",
+        "ptno opid gcp gcpid gcpname gcplabel label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",
-        "": "id nr no num nummer number numero name nom nome",
+        "": "id nr no num nummer number numero name nom nome p",
     },
     "easting": {
         "de": "rechtswert ostwert rw ost rechts",

@@ -11,7 +11,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
-from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite, unseen
+from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite
 
 EXPECTED = "a job as Trimble's programs export it: Reductions with points"
 AXES = ("East", "North", "Elevation")
@@ -38,7 +38,7 @@ def read_jobxml(file) -> Foreign:
         )
     table = pd.DataFrame({"point_id": names})
     table[["easting", "northing", "height"]] = np.array(places)
-    notes = [unseen(file.source)]
+    notes = []
     if n_others:
         left_out = kept("{n:point|points} without grid left out", n=n_others)
         notes.append(f"{file.source}: {left_out}")

@@ -1,4 +1,4 @@
-"""GSI of Leica: lines of words with eight or sixteen digits, after its manual.
+"""GSI of Leica: lines of words with eight or sixteen digits.
 
 A word is an index of two digits, four characters on it, a sign and the digits, as
 ``81..10+00013826``: the easting 13.826 m. A line with ``*`` before it has sixteen. The
@@ -23,7 +23,6 @@ from einschalt.interfaces.programs.foreign import (
     Foreign,
     lines_of,
     require_rows,
-    unseen,
 )
 
 # the digits, of their width; a remark that has another one ends where a word begins
@@ -65,8 +64,7 @@ def read_gsi(file) -> Foreign:
     table[["easting", "northing", "height"]] = np.array(places)
     # an instrument writes a point anew whenever it is looked at
     table = table.drop_duplicates(ignore_index=True).dropna(axis=1, how="all")
-    notes = [unseen(file.source)]
-    notes.append(f"{file.source}: without the zeros that lead the names")
+    notes = [f"{file.source}: without the zeros that lead the names"]
     if n_others:
         left_out = kept("{n:line|lines} without coordinates left out", n=n_others)
         notes.append(f"{file.source}: {left_out}")

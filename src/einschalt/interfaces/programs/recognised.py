@@ -27,6 +27,7 @@ from einschalt.interfaces.programs import (
     gdal_gcps,
     ign,
     jobxml,
+    kml_points,
     landxml,
     leica_gsi,
     match_at,
@@ -64,10 +65,11 @@ class Format:
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
 # their end can be told
-CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf", ".jxl")
+CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf", ".jxl", ".kml")
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("jobxml", "JobXML of Trimble", jobxml.read_jobxml, (".jxl",)),
+    Format("kml", "KML", kml_points.read_kml, (".kml",)),
     Format("gsi", "GSI of Leica", leica_gsi.read_gsi, (".gsi",)),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
