@@ -956,6 +956,29 @@ def test_longitudes_and_latitudes_are_asked_about_and_not_guessed(
     np.testing.assert_allclose(there, given[axes], rtol=0, atol=1e-5)
 
 
+def test_degrees_of_another_program_are_asked_about_as_well(
+    invoke, receiver, block_folder, tmp_path
+):
+    table = pd.read_csv(receiver, dtype={"Name": str})
+    names = dict(zip(table, ["#Label", "Y/Latitude", "X/Longitude"], strict=False))
+    control = table[table["role"] == "control"].drop(columns="role")
+    control = control.rename(columns=names)[["#Label", "X/Longitude", "Y/Latitude"]]
+    control.to_csv(tmp_path / "reference.csv", index=False)
+    flights = [block_folder / name for name in FLIGHTS]
+    call = ("init", tmp_path / "b", "--crs", "EPSG:31255", *KNOWN)
+    files = ("--from", tmp_path / "reference.csv", *flights)
+    refused = invoke(*call, *files)
+    assert refused.exit_code == 2
+    assert "Give --points-crs EPSG:4326, or the system of the rec" in refused.stderr
+    done = invoke(*call, *files, "--points-crs", "EPSG:4312")
+    assert done.exit_code == 0, done.output
+    points = read_block(tmp_path / "b").control_points.set_index("point_id")
+    given = pd.read_csv(block_folder / "control_points.csv", dtype={"point_id": str})
+    axes = ["easting", "northing"]
+    there = given.set_index("point_id").loc[points.index, axes]
+    np.testing.assert_allclose(points[axes], there, rtol=0, atol=1e-5)
+
+
 @pytest.mark.parametrize("said", ["EPSG:4326", "EPSG:4312"])
 def test_a_system_that_contradicts_the_file_is_refused(
     invoke, receiver, block_folder, tmp_path, said

@@ -573,6 +573,40 @@ def test_axes_of_a_reference_may_stand_alone(tmp_path, head):
     assert (found["point_id"], found["role"]) == ("A 1", "check")
 
 
+def test_degrees_of_a_reference_without_a_system_are_no_metres(tmp_path):
+    """They became eastings and northings in silence."""
+    head = "#Label,X/Longitude,Y/Latitude,Z/Altitude\n"
+    (tmp_path / "ref.csv").write_text(f"{head}point 1,172.575336,-43.52148,24.13\n")
+    found = read_foreign(tmp_path / "ref.csv")
+    assert found.tables["control_points"].to_dict("records") == [
+        {
+            "point_id": "point 1",
+            "longitude": 172.575336,
+            "latitude": -43.52148,
+            "height": 24.13,
+            "role": "control",
+        }
+    ]
+    assert found.crs is None
+    # the same line stands above metres in files of scripts
+    (tmp_path / "ref.csv").write_text(f"{head}A,512345.5,5312345.25,24.13\n")
+    table = read_foreign(tmp_path / "ref.csv").tables["control_points"]
+    assert table[["easting", "northing"]].iloc[0].tolist() == [512345.5, 5312345.25]
+
+
+def test_places_of_images_in_a_reference_are_no_control(tmp_path):
+    """Of cameras and markers in one file, as Metashape exports them."""
+    head = "#Label\tX/Easting\tY/Northing\tZ/Altitude\tYaw\n"
+    images = "A_1.JPG\t512345.5\t5312345.25\t124.13\t90\nA_2.tif\t1\t2\t3\t\n"
+    (tmp_path / "ref.txt").write_text(f"{head}{images}P1\t4\t5\t6\t\n")
+    found = read_foreign(tmp_path / "ref.txt")
+    assert found.tables["control_points"]["point_id"].tolist() == ["P1"]
+    assert found.notes == ("ref.txt: places of 2 images left out: they are no points",)
+    (tmp_path / "ref.txt").write_text(f"{head}{images}")
+    with pytest.raises(EinschaltError, match=r"places of images, such as 'A_1\.JPG'"):
+        read_foreign(tmp_path / "ref.txt")
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
 @pytest.mark.parametrize("mark", ["#", "# ", ""])
 def test_a_reference_has_the_separator_that_was_chosen(tmp_path, separator, mark):

@@ -98,12 +98,29 @@ def _refuse_other_unit(file, said):
 def _refuse_degrees(file, said):
     """Refuse longitudes and latitudes of which no file states the system."""
     if holds_degrees(file, said):
-        raise FileError(
-            "holds longitudes and latitudes, and nothing tells of which system",
-            expected="eastings and northings, or a layer that states its system",
-            remedy=SAY_SYSTEM,
-            file=file.source,
-        )
+        raise _degrees_of_no_system(file.source)
+
+
+def _degrees_of_no_system(source):
+    return FileError(
+        "holds longitudes and latitudes, and nothing tells of which system",
+        expected="eastings and northings, or a layer that states its system",
+        remedy=SAY_SYSTEM,
+        file=source,
+    )
+
+
+def system_of_foreign(table, said, source):
+    """System that is said of a table of another program: that of its degrees.
+
+    A FileError where the table has degrees, and nothing tells of which system.
+    """
+    if table.crs is not None or not set(GEOGRAPHIC) <= set(table.frame):
+        return said.crs
+    system = said.degrees_crs or said.crs
+    if system is None or not read_source_crs(system).is_geographic:
+        raise _degrees_of_no_system(source)
+    return system
 
 
 def holds_degrees(file, said):

@@ -40,6 +40,7 @@ from einschalt.interfaces.new_block.kinds_of_tables import (
     holds_degrees,
     meant_schema,
     refuse_other_coordinates,
+    system_of_foreign,
 )
 from einschalt.interfaces.programs import block_tables, recognised
 from einschalt.interfaces.programs.pixel_cameras import without_pitch
@@ -190,18 +191,17 @@ def _foreign(file, said):
     foreign = block_tables.found_in(file, file.source, beside, said.crs)
     if foreign is None:
         return None
-    own = Said(crs=said.crs)
     found, told = [], []
     for kind in ("ground", "image_points"):
         if block_tables.STANDS_FOR[KINDS[kind].name] not in foreign.tables:
             continue
         table = block_tables.table_of(foreign, KINDS[kind], file.source)
         if len(table.frame):
-            looked = _looked(file, kind, table, own)
+            looked = _looked(file, kind, table, _said_of(table, said, file.source))
             # of the file: once is enough
-            new = [note for note in looked.notes if note not in told]
+            new = tuple(note for note in looked.notes if note not in told)
             told += new
-            found.append(replace(looked, notes=tuple(new)))
+            found.append(replace(looked, notes=new))
     if foreign.cameras or (found and foreign.unusable):
         is_only = len(foreign.cameras) + len(foreign.unusable) == 1
         keys = next(iter(foreign.cameras.values()), None) if is_only else None
@@ -209,6 +209,7 @@ def _foreign(file, said):
             "camera": keys,
             "unusable": {} if foreign.cameras else foreign.unusable,
         }
+        own = Said(crs=said.crs)
         camera = Looked(file.path, "camera", pd.DataFrame(), own, **known)
         # what was said of the file is said of its tables already, and for the size of
         # a pixel the user is asked
@@ -224,6 +225,10 @@ def _foreign(file, said):
             file=file.source,
         )
     return found
+
+
+def _said_of(table, said, source):
+    return Said(crs=system_of_foreign(table, said, source))
 
 
 def _is_of_rows(error):

@@ -5,8 +5,12 @@ import re
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
+from einschalt.interfaces.files.header_rows import IMAGE_SUFFIXES
 from einschalt.interfaces.files.metashape_accuracies import (
     ERRORS,
     accuracy,
@@ -81,12 +85,43 @@ def read_reference(file) -> Foreign:
             rows.append(_row(line, places, file.source))
     if not rows:
         raise damaged(file.source, "holds no points", EXPECTED)
-    is_geographic = crs is not None and read_source_crs(crs).is_geographic
+    rows, images = _without_images(rows, file.source)
+    is_geographic = _are_degrees(rows, places) if crs is None else _is_geographic(crs)
     plane = ("longitude", "latitude") if is_geographic else ("easting", "northing")
     columns = ["point_id", *plane, "height", "role", *ERRORS]
     table, notes = with_errors(pd.DataFrame(rows, columns=columns), file.source)
     table = table.dropna(axis=1, how="all")
-    return Foreign({"control_points": table}, crs, notes)
+    return Foreign({"control_points": table}, crs, (*images, *notes))
+
+
+def _is_geographic(crs):
+    return read_source_crs(crs).is_geographic
+
+
+def _are_degrees(rows, places):
+    """Whether coordinates without a system are what the line of the names says."""
+    if not places["is_longitude"]:
+        return False
+    xy = np.abs([row[1:3] for row in rows])
+    return bool((xy[:, 0] <= 360.0).all() and (xy[:, 1] <= 90.0).all())
+
+
+def _without_images(rows, source):
+    """The rows of markers, and a note on those of cameras, which are no points."""
+    names = [row[0] for row in rows if row[0].casefold().endswith(IMAGE_SUFFIXES)]
+    if not names:
+        return rows, ()
+    if len(names) == len(rows):
+        raise FileError(
+            f"holds places of images, such as {shortened(names[0])!r}, and no points",
+            expected="the reference of markers",
+            remedy="Export the markers, not the cameras",
+            file=source,
+        )
+    images = set(names)
+    said = kept("{n:image|images}", n=len(names))
+    note = f"{source}: places of {said} left out: they are no points"
+    return [row for row in rows if row[0] not in images], (note,)
 
 
 def _places(line, separator, source):
@@ -98,6 +133,8 @@ def _places(line, separator, source):
     # an axis stands alone, or with what it is: X/Easting; Yaw begins with y as well
     axes = [word.split("/")[0] for word in words]
     found |= {k: axes.index(w) if w in axes else None for k, w in names.items()}
+    # programs write so above metres as well: only the values tell
+    found["is_longitude"] = any(word.startswith("x/lon") for word in words)
     switches = (k for k, word in enumerate(words) if word.startswith("enable"))
     found["is_on"] = next(switches, None)
     for axis in ("x/y", "x", "y", "z"):
