@@ -3,6 +3,7 @@
 import pytest
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.new_block.looked_at import files_below
 from einschalt.interfaces.programs.recognised import read_foreign
 
 
@@ -86,3 +87,10 @@ def test_what_is_no_place_is_refused(read, place, said):
 def test_a_file_without_points_is_refused(read):
     with pytest.raises(EinschaltError, match="holds no placemark with a point"):
         read("<name>a</name>")
+
+
+def test_a_map_in_a_folder_is_no_table_of_a_block_unless_it_is_named(tmp_path):
+    """Flight plans and results of einschalt are such maps."""
+    for name in ("control.csv", "flight_plan.kml"):
+        (tmp_path / name).touch()
+    assert [path.name for path in files_below(tmp_path)] == ["control.csv"]

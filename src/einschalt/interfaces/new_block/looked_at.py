@@ -117,7 +117,7 @@ class Looked:
 
 
 def files_below(folder):
-    """Files of a folder that may be tables or cameras; images are not looked at."""
+    """Files of a folder that may be tables or cameras; images and maps are none."""
     known = (*READ_SUFFIXES, ".toml", ".json", *recognised.SUFFIXES)
     parts = _of_projects(folder)
     return sorted(
@@ -125,7 +125,7 @@ def files_below(folder):
         for path in Path(folder).iterdir()
         if path not in parts
         and path.suffix.lower() in known
-        and path.suffix.lower() not in recognised.IMAGES
+        and path.suffix.lower() not in recognised.IF_NAMED
         and path.is_file()
         and not path.name.startswith(".")
     )

@@ -154,7 +154,9 @@ FORMATS = (
     ),
 )
 BY_NAME = {one.name: one for one in FORMATS}
-IMAGES = (".tif", ".tiff")  # large, and seldom with points
+# read where they are named: images are large and seldom have points, maps are mostly
+# results, of einschalt as well
+IF_NAMED = (".tif", ".tiff", ".kml")
 SUFFIXES = tuple({suffix: None for one in FORMATS for suffix in one.suffixes})
 
 
