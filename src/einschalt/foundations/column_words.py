@@ -27,7 +27,7 @@ WORDS = {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
         "en": "pointid pointnumber pointno pointnr pointname pointref point pt ptid "
-        "ptno opid gcp gcpid gcpname gcplabel label",
+        "ptno ptnumber ptname opid gcp gcpid gcpname gcplabel label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",

@@ -420,3 +420,14 @@ def test_british_words(tmp_path):
     (tmp_path / "t.csv").write_text(text)
     frame = understand_table(tmp_path / "t.csv", CONTROL_POINTS).frame
     assert list(frame) == ["point_id", "easting", "northing"]
+
+
+@pytest.mark.parametrize(
+    "head", ["P,N,E,Z,D", "pt_number,N,E,Z,D", "GCP Label,N,E,Z,D"]
+)
+def test_lists_as_field_computers_export_them(tmp_path, head):
+    (tmp_path / "p.csv").write_text(f"{head}\n12,322000.5,13000.25,512.1,IRON ROD\n")
+    table = understand_table(tmp_path / "p.csv", CONTROL_POINTS)
+    names = ["point_id", "northing", "easting", "height"]
+    values = table.frame.iloc[0][names].astype(str).tolist()
+    assert values == ["12", "322000.5", "13000.25", "512.1"]
