@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from einschalt.foundations import names as names_module
 from einschalt.foundations.names import (
     encode,
     encode_pairs,
@@ -121,3 +122,25 @@ def test_pairs_do_not_run_together():
 def test_rows_of_names_are_those_of_what_is_known(names, known, rows):
     assert rows_of_names(names, known).tolist() == rows
     assert rows_of_names(pd.Series(names, dtype="str"), known).tolist() == rows
+
+
+def test_codes_of_a_long_column_are_kept_as_long_as_it_is():
+    n_kept = len(names_module._kept)
+    table = pd.DataFrame({"point_id": ["7/8", "0012"] * names_module.MANY})
+    first, again = encode(table["point_id"]), encode(table.copy()["point_id"])
+    assert first.dictionary is again.dictionary
+    assert first.codes.tolist() == again.codes.tolist() == [0, 1] * names_module.MANY
+    assert len(names_module._kept) == n_kept + 1
+    again.codes[:] = 7  # of the caller: what is kept stays
+    assert encode(table["point_id"]).codes.max() == 1
+    table.loc[0, "point_id"] = "13"
+    assert encode(table["point_id"]).names.tolist() == ["13", "0012", "7/8"]
+    del table
+    assert len(names_module._kept) == n_kept
+
+
+def test_a_long_column_with_a_missing_name_is_refused_each_time():
+    table = pd.DataFrame({"point_id": ["7/8", None] * names_module.MANY}, dtype="str")
+    for _ in range(2):
+        with pytest.raises(ValueError, match="10000 of 20000 names are missing"):
+            encode(table["point_id"])

@@ -4,6 +4,7 @@ Names are text, kept as given. They are dictionary-encoded once (pyarrow), and f
 there on only the codes travel: strings are never sorted or compared again.
 """
 
+import weakref
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
@@ -13,6 +14,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 TEXT = pa.large_string()  # a column of names may be longer than 2 GiB
+MANY = 10_000  # rows of a column whose codes are worth keeping
+# by the identity of an Arrow column, which cannot change: itself, weakly, and its codes
+_kept = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,16 +99,44 @@ def free_numbers(stated):
 def encode(names) -> Coded:
     """Dictionary-encode a column of names; ValueError where one is missing.
 
+    Codes of a long column of a table are kept as long as the column is.
+
     >>> coded = encode(["7/8", "0012", "7/8"])
     >>> coded.codes.tolist(), coded.names.tolist()
     ([0, 1, 0], ['7/8', '0012'])
     """
+    column = _long_column(names)
+    coded = _encoded(names) if column is None else _kept_codes(column)
+    indices = coded.indices.to_numpy(zero_copy_only=False)
+    return Coded(indices.astype(np.int64), coded.dictionary)
+
+
+def _encoded(names):
     texts = _text(names)
     if texts.null_count:
         raise ValueError(f"{texts.null_count} of {len(texts)} names are missing")
-    coded = texts.dictionary_encode()
-    indices = coded.indices.to_numpy(zero_copy_only=False)
-    return Coded(indices.astype(np.int64), coded.dictionary)
+    return texts.dictionary_encode()
+
+
+def _long_column(names):
+    """The column of Arrow behind a long one of pandas, the same each time, or None."""
+    if len(names) < MANY:
+        return None
+    inside = arrow_inside(names)
+    if not hasattr(inside, "__arrow_array__"):
+        return None
+    column = inside.__arrow_array__()
+    return column if isinstance(column, pa.ChunkedArray) else None
+
+
+def _kept_codes(column):
+    key = id(column)
+    own, coded = _kept.get(key, (None, None))
+    if own is None or own() is not column:
+        coded = _encoded(column)
+        # it goes before another column can have the identity
+        _kept[key] = weakref.ref(column, lambda _: _kept.pop(key, None)), coded
+    return coded
 
 
 class CodedColumns(dict):
