@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from einschalt.foundations.neighbours import neighbour_pairs
+from einschalt.foundations import neighbours
+from einschalt.foundations.neighbours import neighbour_pairs, triangulated_pairs
+from einschalt.foundations.neighbours_by_cells import pairs_by_cells
 
 
 def by_definition(xy):
@@ -40,3 +42,58 @@ def test_a_point_that_stands_twice():
     found = neighbour_pairs(xy).tolist()
     assert [0, 1] in found
     assert all(one < two for one, two in found)
+
+
+def scattered(n_points, seed, size=(92_000.0, 61_000.0)):
+    """Points all over a rectangle, reduced to their mean."""
+    xy = np.random.default_rng(seed).uniform(0.0, size, (n_points, 2))
+    return xy - xy.mean(axis=0)
+
+
+@pytest.mark.parametrize("size", [(9e4, 6e4), (9e4, 2e4)])
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_by_cells_are_the_sides_of_triangles(seed, size):
+    xy = scattered(1000 * (seed + 2), seed, size)
+    found = pairs_by_cells(xy, triangulated_pairs)
+    assert found.tolist() == triangulated_pairs(xy).tolist()
+
+
+def test_pairs_by_cells_of_uneven_points():
+    xy = scattered(6000, 1)
+    xy *= 1.0 + np.abs(xy) / 2e4  # up to ten times as far apart
+    found = pairs_by_cells(xy, triangulated_pairs)
+    assert found.tolist() == triangulated_pairs(xy).tolist()
+
+
+def test_of_a_grid_whose_circles_hold_points_the_cells_tell_nothing():
+    grid = np.stack(np.meshgrid(np.arange(50.0), np.arange(50.0)), -1).reshape(-1, 2)
+    assert pairs_by_cells(grid, triangulated_pairs) is None
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-3])
+def test_of_points_that_are_nearly_one_the_cells_tell_nothing(distance):
+    xy = scattered(2000, 3)
+    for place in (700, int(np.argmax(xy.sum(axis=1)))):  # within, and at the hull
+        twice = np.concatenate([xy, xy[place, None] + [distance, 0.0]])
+        assert pairs_by_cells(twice, triangulated_pairs) is None
+
+
+def test_many_points_on_one_line_follow_each_other():
+    xy = np.outer(np.arange(float(neighbours.MANY)), [1.0, 2.0])
+    pairs = neighbour_pairs(xy)
+    assert (np.diff(pairs, axis=1) == 1).all()
+    assert len(pairs) == len(xy) - 1
+
+
+def test_many_points_are_looked_at_by_cells(monkeypatch):
+    xy = scattered(neighbours.MANY, 4)
+    expected = triangulated_pairs(xy)
+    sizes = []
+
+    def noting(points):
+        sizes.append(len(points))
+        return triangulated_pairs(points)
+
+    monkeypatch.setattr(neighbours, "triangulated_pairs", noting)
+    assert neighbour_pairs(xy).tolist() == expected.tolist()
+    assert max(sizes) < len(xy) // 10

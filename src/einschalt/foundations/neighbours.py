@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
+MANY = 20_000  # points from which compiled code is worth its start
+
 
 def neighbour_pairs(xy):
     """Pairs of points without a third one in the circle over their distance.
@@ -18,6 +20,21 @@ def neighbour_pairs(xy):
     if len(xy) < 2:
         return np.empty((0, 2), dtype=np.int64)
     reduced = xy - xy.mean(axis=0)
+    if len(xy) >= MANY and np.isfinite(reduced).all():
+        # compiled code takes its time to load
+        from einschalt.foundations import neighbours_by_cells  # noqa: PLC0415
+
+        found = neighbours_by_cells.pairs_by_cells(reduced, triangulated_pairs)
+        if found is not None:
+            return found
+    return triangulated_pairs(reduced)
+
+
+def triangulated_pairs(reduced):
+    """Pairs of neighbours as the sides of triangles, of points reduced to their mean.
+
+    Where other points lie on the circle of a pair, their rounding decides.
+    """
     try:
         corners = Delaunay(reduced).simplices.astype(np.int64)
     except (QhullError, ValueError):  # on one line, or fewer than three
@@ -29,9 +46,9 @@ def neighbour_pairs(xy):
         sides.append(np.sort(ends, axis=1))
         is_obtuse.append(np.sum(arms[:, 0] * arms[:, 1], axis=1) < 0.0)
     first, second = np.concatenate(sides).T
-    sides, place = np.unique(first * len(xy) + second, return_inverse=True)
+    sides, place = np.unique(first * len(reduced) + second, return_inverse=True)
     n_obtuse = np.bincount(place, np.concatenate(is_obtuse))
-    return np.column_stack(np.divmod(sides[n_obtuse == 0], len(xy)))
+    return np.column_stack(np.divmod(sides[n_obtuse == 0], len(reduced)))
 
 
 def _along_line(xy):
