@@ -12,7 +12,7 @@ from einschalt.pipeline.assessment.evidence.claim import (
     Claim,
     ClaimTest,
 )
-from einschalt.pipeline.assessment.evidence.copies import find_copies
+from einschalt.pipeline.assessment.evidence.copies import find_copies, may_repeat
 from einschalt.pipeline.densify import densify
 
 METHODS = ("two_step", "simultaneous")
@@ -118,3 +118,13 @@ def test_only_differences_of_what_was_measured_apart_can_be_too_small():
     assert claim.is_supported
     unknown = replace(tests[0], p_value=np.nan)
     assert Claim((unknown,), None).too_small == ()
+
+
+def test_equal_coordinates_are_seen_by_their_bits():
+    xy = np.random.default_rng(1).random((5000, 2)).round(3)
+    lone = np.unique(xy, axis=0)
+    assert not may_repeat([lone[:700], lone[700:]])
+    assert may_repeat([lone, lone[[77]]])
+    assert may_repeat([np.array([[0.0, 1.0]]), np.array([[-0.0, 1.0]])])
+    assert may_repeat([np.array([[np.nan, 1.0]])])  # rows with names tell
+    assert not may_repeat([np.array([[1.0, 2.0], [2.0, 1.0]]), np.empty((0, 2))])

@@ -11,12 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.frame_columns import columns_of, with_columns
+from einschalt.foundations.frame_columns import (
+    columns_of,
+    values_of,
+    with_columns,
+)
 
 # points that a pair must have in common, and the share of them that must be equal
 FEWEST_POINTS = 3
 LEAST_SHARE = 0.5
 OWNER = ["flight", "coverage", "model_id"]
+# odd, their bits without pattern: what they make of two numbers tells pairs apart
+MULTIPLIERS = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xC2B2AE3D27D4EB4F))
+SHIFT = np.uint64(32)
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,8 @@ NO_COPIES = Copies((), 1.0)
 def find_copies(examined) -> Copies:
     """Look for models or photographs whose coordinates are equal to the last digit."""
     flights = examined.block.flights
+    if not may_repeat(values_of(_points_of(f), ["x", "y"]) for f in flights.values()):
+        return NO_COPIES
     parts = [_rows_of(name, flight) for name, flight in flights.items()]
     rows = pd.concat(parts, ignore_index=True)
     keys = ["point_id", "x", "y"]
@@ -73,13 +82,29 @@ def find_copies(examined) -> Copies:
     return Copies(tuple(found), float(1.0 / np.sqrt(1.0 - share)))
 
 
+def _points_of(flight):
+    return flight.image_points if flight.has_images else flight.model_points
+
+
+def may_repeat(coordinates):
+    """Whether two points of any flight could have the same coordinates.
+
+    False is certain: numbers made of the two coordinates, which are equal where these
+    are, are sorted in a small part of the time that rows with names take.
+    """
+    xy = np.concatenate([each + 0.0 for each in coordinates])  # −0 is 0
+    if np.isnan(xy).any():
+        return True
+    x, y = (np.ascontiguousarray(axis).view(np.uint64) for axis in xy.T)
+    mixed = np.sort((x ^ (x >> SHIFT)) * MULTIPLIERS[0] ^ y * MULTIPLIERS[1])
+    return bool((mixed[1:] == mixed[:-1]).any())
+
+
 def _rows_of(name, flight):
     """Every measured point of a flight, with what it was measured in."""
+    points = _points_of(flight)
     if flight.has_images:
-        points = flight.image_points.rename(columns={"image_id": "model_id"})
-        points = points.assign(coverage="")
-    else:
-        points = flight.model_points
+        points = points.rename(columns={"image_id": "model_id"}).assign(coverage="")
     columns = columns_of(points, ["coverage", "model_id", "point_id", "x", "y"])
     return with_columns(columns, flight=name)
 
