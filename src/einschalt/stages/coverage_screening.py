@@ -14,7 +14,7 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.batches import numbered, segment_sum, segments
 from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
@@ -130,7 +130,7 @@ def coverage_differences(means) -> CoverageDifferences:
     # coverages in the order of their names: "1" before "2"
     rank = np.argsort(np.argsort(coverages.names.astype(str), kind="stable"))
     key = points.codes * len(coverages) + rank[coverages.codes]
-    distinct, group = np.unique(key, return_inverse=True)
+    distinct, group = numbered(key)
     by_group = segments(group, len(distinct))
     of_point = distinct // len(coverages)
     n_groups = np.bincount(of_point, minlength=len(points))

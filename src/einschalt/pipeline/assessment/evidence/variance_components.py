@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.batches import numbered, segment_sum, segments
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.foundations.patches import Patches
@@ -300,7 +300,7 @@ class _Groups:
     """Rows grouped by their point."""
 
     def __init__(self, points, axes):
-        _, group = np.unique(points, return_inverse=True)
+        _, group = numbered(points)
         sort = segments(group, int(group.max(initial=-1)) + 1)
         self.order, self._start, self._axes = sort.order, sort.start, axes
 
