@@ -114,3 +114,11 @@ def test_gross_errors_make_no_shifts_of_groups():
         for each in (adjusted, clean)
     )
     assert next(both) == pytest.approx(next(both), rel=0.25)
+
+
+def test_a_model_that_shrinks_beside_kept_names_lacks_no_points():
+    block = with_poor_control(demo("helmert_3d", 3), 3.0, 3)
+    block, _ = with_exchanged_names(block, 1)
+    adjusted = es.adjust_block(block, kind="helmert_3d")
+    assert adjusted.failures["reason"].str.contains("contradict").all()
+    assert len(adjusted.failures) == 1

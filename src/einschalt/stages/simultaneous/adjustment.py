@@ -303,7 +303,7 @@ def _adjust_tables(tables, options, searches):
 def _adjust_part(tables, part, verdicts, options, searches):
     begun = begin_part(part, options, _terms(part, options))
     while (loose := determinacy.loose_models(begun.solution)).any():
-        cause = determinacy.why_loose(part.observations, loose)
+        cause = determinacy.why_loose(begun.solution, loose)
         verdicts.verdict[part.models[loose]] = cause[loose]
         part = _part_of(tables, verdicts)
         begun = begin_part(part, options, _terms(part, options))

@@ -19,8 +19,7 @@ from einschalt.stages.simultaneous.variance_components import (
     groups_of,
     weigh_groups,
 )
-from einschalt.theory.block_adjustment.absolute_residuals import INCREDIBLE
-from einschalt.theory.block_adjustment.determinacy import loose_models
+from einschalt.theory.block_adjustment.determinacy import INCREDIBLE, loose_models
 from einschalt.theory.block_adjustment.gross_error_search import (
     adjust_without_far_measurements,
     sound_block,

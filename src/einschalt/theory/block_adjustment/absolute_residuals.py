@@ -17,8 +17,8 @@ import numpy as np
 from scipy.special import chdtri
 
 from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.determinacy import INCREDIBLE
 
-INCREDIBLE = 5.0  # s_0 above which least squares are not to be trusted
 FAR = 6.0  # times the usual residual, which is no chance
 # by how much more than a measurement control may have to count: as many large errors
 # as there are control points shrink a block by absolute residuals as well

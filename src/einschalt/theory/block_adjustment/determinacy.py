@@ -19,6 +19,7 @@ FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
 # of models that are given up only while the block is adjusted
 CONTRADICTED, RESTLESS = 6, 7
 LEAST_POINTS = {True: 3, False: 2}  # affine, helmert
+INCREDIBLE = 5.0  # s_0 above which least squares are not to be trusted
 # smaller principal extent over larger one, below which points lie on a line
 ON_LINE = 1e-6
 # the same of measured points that lay on a line before they were measured
@@ -209,12 +210,16 @@ def loose_models(solution):
     return ~(solution.relative_errors < LEAST_PRECISION)
 
 
-def why_loose(observations, is_loose):
-    """Say whether control as good as on a line lets models move.
+def why_loose(solution, is_loose):
+    """Say why models of an adjusted block move.
 
-    CONTROL_ON_LINE where nothing of the adjusted block stands and its control lies near
-    a line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
+    CONTRADICTED where least squares are not credible: gross errors have shrunk them.
+    CONTROL_ON_LINE where nothing of the block stands and its control lies near a line:
+    errors of a few centimetres keep it from lying on one. LOOSE otherwise.
     """
+    observations = solution.observations
+    if solution.s_0 > INCREDIBLE and not solution.is_held.any():
+        return np.full(is_loose.size, CONTRADICTED)
     cause = np.full(is_loose.size, LOOSE)
     control = observations.control[observations.is_control][:, :2]
     group = np.zeros(len(control), dtype=np.int64)

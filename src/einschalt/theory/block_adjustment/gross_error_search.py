@@ -10,12 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.absolute_residuals import (
-    INCREDIBLE,
-    far_measurements,
-)
+from einschalt.theory.block_adjustment.absolute_residuals import far_measurements
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.determinacy import INCREDIBLE
 from einschalt.theory.block_adjustment.gross_errors import (
     MOST_RETURNS,
     NEARLY_WORST,
