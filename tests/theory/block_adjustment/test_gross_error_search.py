@@ -74,9 +74,7 @@ def test_exchanged_names_beside_control_of_half_a_metre(kind):
 
 
 def test_what_is_kept_stays_in_the_adjustment():
-    block, _ = with_exchanged_names(
-        with_poor_control(demo("helmert", 3), 0.5, 3), 5
-    )
+    block, _ = with_exchanged_names(with_poor_control(demo("helmert", 3), 0.5, 3), 5)
     adjusted = es.adjust_block(block, kind="helmert")
     assert adjusted.s_0 > 100.0
     assert error_over_claim(adjusted, block) > 100.0
