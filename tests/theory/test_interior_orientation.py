@@ -52,12 +52,20 @@ OBLONG = Camera.from_mm(
         "height": 15_300,
     },
 )
+MICMAC = Camera.from_micmac(
+    7980.0,
+    (4010.5, 2985.25),
+    {"k1": -1.7e-9, "k2": 2e-17, "p1": 4e-8, "p2": -3e-8, "b1": 3e-4, "b2": -2e-4},
+    (3990.0, 3001.0),
+    pixel_size_um=4.5,
+)
 CAMERAS = {
     "opencv": OPENCV,
     "metashape": METASHAPE,
     "mm": WIDE_ANGLE,
     "scan": SCANNED,
     "oblong": OBLONG,
+    "micmac": MICMAC,
 }
 
 
@@ -209,6 +217,10 @@ def test_no_inverse_where_the_polynomial_turns_back():
                 8e3, 8e3, 0, 0, [0, 0, 0, 0, 0, 1], pixel_size_um=4
             ),
             r"distortion has 6 coefficients; expected k1, k2, p1, p2, k3",
+        ),
+        (
+            lambda: Camera.from_micmac(0.0, (4e3, 3e3), pixel_size_um=4.5),
+            r"principal distance of 0 mm; expected 1 to 5000 mm",
         ),
         (
             lambda: Camera.from_opencv(8e3, 0.0, 0.0, 0.0, pixel_size_um=4.5),

@@ -14,8 +14,12 @@ metashape
 mm
     c, x0, y0 [mm], y up, as in BINGO and in certificates of calibration; k1 to k3, p1,
     p2 after Brown. The polynomial corrects: from the measured to the ideal position.
+micmac
+    f, cx, cy, centre_x, centre_y [pixels], y down, k1 to k5 [1/px², 1/px⁴ …], p1, p2
+    [1/px], b1, b2. It distorts, about a centre of its own, and the affinity is one of
+    the ideal position.
 
-All three become the same: an affine map of the measured coordinates to multiples of the
+All become the same: an affine map of the measured coordinates to multiples of the
 principal distance, and one polynomial, taken in one direction or the other.
 
 Sources: Brown 1971 (Close-Range Camera Calibration, Photogrammetric Engineering 37(8));
@@ -43,7 +47,7 @@ SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A calibrated camera, from ``from_opencv``, ``from_metashape`` or ``from_mm``.
+    """A calibrated camera, from ``Camera.from_opencv`` or another convention.
 
     Coordinates that are "scaled" are multiples of the principal distance, from the
     principal point, y up.
@@ -52,8 +56,8 @@ class Camera:
     ----------
     principal_distance_mm : float
         [mm]
-    radial : tuple of 4 floats
-        k1 to k4 of scaled coordinates.
+    radial : tuple of 4 or 5 floats
+        k1 to k4, or to k5, of scaled coordinates.
     tangential : tuple of 2 floats
         ``dx = p1 (r² + 2 x²) + 2 p2 x y`` and ``dy = p2 (r² + 2 y²) + 2 p1 x y``.
     is_correcting : bool
@@ -64,15 +68,21 @@ class Camera:
         Measured coordinates of the principal point.
     given : Mapping
         The constants as they were given, with their convention.
+    affinity : tuple of 2 floats
+        ``dx = a1 x + a2 y`` of the polynomial.
+    centre : tuple of 2 floats
+        Scaled coordinates about which the polynomial is taken.
     """
 
     principal_distance_mm: float
-    radial: tuple[float, float, float, float]
+    radial: tuple[float, ...]
     tangential: tuple[float, float]
     is_correcting: bool
     matrix: np.ndarray
     origin: np.ndarray
     given: MappingProxyType = field(default_factory=lambda: MappingProxyType({}))
+    affinity: tuple[float, float] = (0.0, 0.0)
+    centre: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self):
         """Refuse what would make nonsense of every ray."""
@@ -84,6 +94,7 @@ class Camera:
                 remedy="Check the unit of the focal length and pixel_size_um",
             )
         numbers = [*self.radial, *self.tangential, *self.matrix.flat, *self.origin]
+        numbers += [*self.affinity, *self.centre]
         is_sane = np.abs(numbers).max() <= LARGEST_CONSTANT
         if not is_sane or np.linalg.det(self.matrix) == 0.0:
             raise SettingsError(
@@ -137,16 +148,18 @@ class Camera:
 
     def _displaced(self, scaled):
         """Positions after the polynomial."""
-        x, y = scaled[..., 0], scaled[..., 1]
+        (x0, y0), (a1, a2) = self.centre, self.affinity
+        x, y = scaled[..., 0] - x0, scaled[..., 1] - y0
         (p1, p2), square = self.tangential, x * x + y * y
         growth = 1.0 + square * _polynomial(self.radial, square)
-        dx = p1 * (square + 2.0 * x * x) + 2.0 * p2 * x * y
+        dx = p1 * (square + 2.0 * x * x) + 2.0 * p2 * x * y + (a1 * x + a2 * y)
         dy = p2 * (square + 2.0 * y * y) + 2.0 * p1 * x * y
-        return np.stack([growth * x + dx, growth * y + dy], axis=-1)
+        return np.stack([x0 + (growth * x + dx), y0 + (growth * y + dy)], axis=-1)
 
     def _slopes(self, scaled):
-        """Derivatives of the displaced positions, shape (..., 2, 2); symmetric."""
-        x, y = scaled[..., 0], scaled[..., 1]
+        """Derivatives of the displaced positions, shape (..., 2, 2)."""
+        (x0, y0), (a1, a2) = self.centre, self.affinity
+        x, y = scaled[..., 0] - x0, scaled[..., 1] - y0
         (p1, p2), square = self.tangential, x * x + y * y
         growth = 1.0 + square * _polynomial(self.radial, square)
         rates = [(n + 1) * k for n, k in enumerate(self.radial)]
@@ -155,12 +168,12 @@ class Camera:
         across = rate * x * y + 2.0 * (p1 * y + p2 * x)
         along_x = growth + rate * x * x + 6.0 * p1 * x + 2.0 * p2 * y
         along_y = growth + rate * y * y + 6.0 * p2 * y + 2.0 * p1 * x
-        rows = [[along_x, across], [across, along_y]]
+        rows = [[along_x + a1, across + a2], [across, along_y]]
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
     def _undone(self, displaced):
         """Positions before the polynomial, by Newton's method from where they are."""
-        if not any(self.radial) and not any(self.tangential):
+        if not any((*self.radial, *self.tangential, *self.affinity)):
             return displaced
         closed = CLOSED_MM / self.principal_distance_mm
         found = displaced.copy()
@@ -174,7 +187,7 @@ class Camera:
             missing = np.abs(displaced - self._displaced(found)).max(axis=-1)
             slopes = self._slopes(found)
             # beyond the radius at which the polynomial turns back is no inverse
-            is_inverse = (missing <= closed) & _is_definite(slopes)
+            is_inverse = (missing <= closed) & _is_upright(slopes)
         return np.where(is_inverse[..., None], found, np.nan)
 
     @classmethod
@@ -353,6 +366,67 @@ class Camera:
             given=_said("mm", {"c": c, "x0": x0, "y0": y0}, constants, **grid),
         )
 
+    @classmethod
+    def from_micmac(
+        cls,
+        f: float,
+        principal_point: Sequence[float],
+        distortion: Mapping[str, float] | None = None,
+        centre: Sequence[float] | None = None,
+        *,
+        pixel_size_um: float,
+    ) -> Self:
+        """Camera in the convention of MicMac (``ModRad``, ``ModPhgrStd``).
+
+        Parameters
+        ----------
+        f : float
+            Focal length ``F`` [pixels].
+        principal_point : pair of floats
+            ``PP`` [pixels], y down.
+        distortion : Mapping, optional
+            Any of k1 to k5 (``CoeffDist``) [1/px², 1/px⁴ …], p1, p2 [1/px], b1, b2.
+        centre : pair of floats, optional
+            ``CDist``, the centre of the distortion [pixels]; that of the principal
+            point where it is not given.
+        pixel_size_um : float
+            [µm]
+
+        Returns
+        -------
+        Camera
+            For positions (column, row) [pixels], as MicMac counts them.
+
+        Raises
+        ------
+        SettingsError
+            A coefficient is unknown, or values that no camera has.
+        """
+        radial = ("k1", "k2", "k3", "k4", "k5")
+        names = (*radial, "p1", "p2", "b1", "b2")
+        constants = _filled("distortion", distortion, names)
+        p1, p2, b1, b2 = (constants[name] for name in names[len(radial) :])
+        f, (cx, cy) = finite_number("f", f), _pair("principal_point", principal_point)
+        x, y = (cx, cy) if centre is None else _pair("centre", centre)
+        numbers = {"f": f, "cx": cx, "cy": cy, "centre_x": x, "centre_y": y}
+        # of an impossible focal length the principal distance is told
+        scale = np.array([1.0, -1.0]) / (f or np.nan)
+        pixel_size_um = finite_number("pixel_size_um", pixel_size_um)
+        return cls(
+            principal_distance_mm=f * pixel_size_um * MM_PER_UM,
+            radial=tuple(
+                constants[name] * f ** (2 * k + 2) for k, name in enumerate(radial)
+            ),
+            # y down turns the sign of what belongs to y
+            tangential=(p1 * f, -p2 * f),
+            is_correcting=False,
+            matrix=np.diag([f, -f]),
+            origin=np.array([cx, cy]),
+            given=_said("micmac", numbers, constants, pixel_size_um=pixel_size_um),
+            affinity=(b1, -b2),
+            centre=tuple((scale * [x - cx, y - cy]).tolist()),
+        )
+
 
 def _polynomial(coefficients, square):
     """Sum of coefficients times powers of the square, from power 0."""
@@ -363,16 +437,17 @@ def _polynomial(coefficients, square):
 
 
 def _solved(matrix, right):
-    """Solution of symmetric systems of two equations."""
-    a, b, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 1]
+    """Solution of systems of two equations."""
+    a, b, c, d = np.moveaxis(matrix.reshape(*matrix.shape[:-2], 4), -1, 0)
     x, y = right[..., 0], right[..., 1]
-    determinant = (a * d - b * b)[..., None]
-    return np.stack([d * x - b * y, a * y - b * x], axis=-1) / determinant
+    determinant = (a * d - b * c)[..., None]
+    return np.stack([d * x - b * y, a * y - c * x], axis=-1) / determinant
 
 
-def _is_definite(matrix):
-    a, b, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 1]
-    return (a > 0.0) & (a * d - b * b > 0.0)
+def _is_upright(matrix):
+    """Whether neither axis is mirrored; of a symmetric one, that it is definite."""
+    a, b, c, d = np.moveaxis(matrix.reshape(*matrix.shape[:-2], 4), -1, 0)
+    return (a > 0.0) & (a * d - b * c > 0.0)
 
 
 def _filled(what, given, names):

@@ -21,6 +21,7 @@ k1 = -0.11
 p2 = -4e-4
 pixel_size_um = 4.5
 """
+MORE = "centre_x = 4\npixel_size_um = 4\n"
 CAMERAS = {
     "opencv": Camera.from_opencv(
         7980, 7990, 4010, 2985, (0.1, 0, 1e-4), pixel_size_um=4
@@ -29,6 +30,13 @@ CAMERAS = {
         7980.0, (8000, 6000), (10.0, -5.0), {"b1": 2.0, "k4": 0.1}, pixel_size_um=4.0
     ),
     "mm": Camera.from_mm(152.7, (0.01, -0.02), {"k1": 1e-8, "p1": 1e-7}),
+    "micmac": Camera.from_micmac(
+        7980.0,
+        (4010.5, 2985.25),
+        {"k1": -1.7e-9, "k5": 1e-41, "p1": 4e-8, "b2": 1e-4},
+        (3990.0, 3001.0),
+        pixel_size_um=4.5,
+    ),
     "scan": Camera.from_mm(
         152.7, pixels={"pixel_size_um": 15.0, "width": 15_000, "height": 15_200}
     ),
@@ -69,6 +77,7 @@ def test_what_was_written_is_read(tmp_path, name):
     again = read_camera(tmp_path / "camera.toml")
     assert again.given == camera.given
     np.testing.assert_array_equal(again.matrix, camera.matrix)
+    assert (again.centre, again.affinity) == (camera.centre, camera.affinity)
     assert again.tangential == camera.tangential
 
 
@@ -93,6 +102,10 @@ def test_what_was_written_is_read(tmp_path, name):
         (
             'convention = "mm"\nc = 153.0\nwidth = 3\n',
             r"\[camera\] pixel_size_um, width and height are not all given",
+        ),
+        (
+            'convention = "micmac"\nf = 8e3\ncx = 4\ncy = 3\n' + MORE,
+            r"\[camera\] centre_x and centre_y are not both given",
         ),
     ],
 )

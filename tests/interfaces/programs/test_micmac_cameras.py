@@ -88,10 +88,52 @@ def camera_in(folder, text):
     return camera_of({**keys, "pixel_size_um": PITCH_UM})
 
 
-# MicMac takes the affinity of undistorted coordinates, camera.toml of distorted ones
+# Fraser's model and the radial one, about a centre that is not the principal point
+F, POINT = 8668.7, np.array([3089.0, 2025.25])
+RADIAL = (-1.78e-9, 1.77e-17, 3.6e-25, -1e-33, 2e-41)
+FRASER = {"P1": 3.8e-6, "P2": -1.03e-6, "b1": 1.6e-3, "b2": -2.5e-4}
+
+
+def distorted(ideal, centre, radial, p1=0.0, p2=0.0, b1=0.0, b2=0.0):
+    """Pixels by the formulas of MicMac: r² and all terms are of what was ideal."""
+    x, y = (ideal - centre).T
+    square = x**2 + y**2
+    growth = sum(k * square**n for n, k in enumerate(radial, 1))
+    dx = x * growth + p1 * (square + 2 * x**2) + 2 * p2 * x * y + b1 * x + b2 * y
+    dy = y * growth + p2 * (square + 2 * y**2) + 2 * p1 * x * y
+    return ideal + np.column_stack([dx, dy])
+
+
+@pytest.mark.parametrize("away", [(0.0, 0.0), (-65.5, 23.25)])
+@pytest.mark.parametrize(("kind", "terms"), [("ModRad", {}), ("ModPhgrStd", FRASER)])
+def test_distortion_about_a_centre_of_its_own_is_undone(tmp_path, away, kind, terms):
+    centre = POINT + away
+    one = "<CDist>{} {}</CDist>".format(*centre)
+    one += "".join(f"<CoeffDist>{k}</CoeffDist>" for k in RADIAL)
+    if terms:
+        one = f"<RadialePart>{one}</RadialePart>"
+        one += "".join(f"<{name}>{value}</{name}>" for name, value in terms.items())
+    text = MICMAC.format(
+        point="{} {}".format(*POINT),
+        f=F,
+        size="6080 4048",
+        distortion=f"<{kind}>{one}</{kind}>",
+    )
+    grid = np.stack(np.meshgrid(np.linspace(0, 6080, 13), np.linspace(0, 4048, 9)), -1)
+    ideal = grid.reshape(-1, 2)
+    lowered = {name.lower(): value for name, value in terms.items()}
+    measured = distorted(ideal, centre, RADIAL, **lowered)
+    assert np.abs(measured - ideal).max() > 5.0
+    camera = camera_in(tmp_path, text)
+    wanted = (ideal - POINT) * [1.0, -1.0] * PITCH_UM * 1e-3
+    found = camera.xy_from_measured(measured)
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(camera.measured_from_xy(wanted), measured, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("calibration", "oriented", "within_px"),
-    [(PENTAX, OF_PENTAX, 1e-6), (NIKON, OF_NIKON, 0.011)],
+    [(PENTAX, OF_PENTAX, 1e-6), (NIKON, OF_NIKON, 1e-6)],
 )
 def test_points_lie_where_micmac_projects_them(
     tmp_path, calibration, oriented, within_px
@@ -128,12 +170,12 @@ def test_mmvii_converts_a_calibration_to_the_same_camera(tmp_path):
     ("old", "new", "said"),
     [
         ("<ModRad>", "<ModUnif>", "a distortion of the kind ModUnif"),
-        ("<CDist>856.", "<CDist>866.", "whose centre lies 10 pixels from"),
         (
             "<CoeffDist>-2.41801731114306e-27</CoeffDist>",
-            "<CoeffDist>0</CoeffDist><CoeffDist>1e-40</CoeffDist>",
-            "has 5 radial coefficients",
+            "<CoeffDist>0</CoeffDist>" * 2 + "<CoeffDist>1e-40</CoeffDist>",
+            "has 6 radial coefficients",
         ),
+        ("</ModRad>", "</ModRad><ModRad/>", "has 2 distortions one after the other"),
         ("DistM2C", "DistC2M", "by the convention eConvApero_DistC2M"),
     ],
 )

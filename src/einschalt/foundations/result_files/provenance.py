@@ -178,25 +178,27 @@ CAMERA = Part(
     names={
         "convention": (
             "",
-            "axes, units and signs of the constants: opencv, metashape or mm",
+            "axes, units and signs of the constants: opencv, metashape, mm or micmac",
         ),
-        "f": ("", "focal length in pixels (metashape)"),
+        "f": ("", "focal length in pixels (metashape, micmac)"),
         "fx": ("", "focal length in pixels along x (opencv)"),
         "fy": ("", "focal length in pixels along y (opencv)"),
         "cx": (
             "",
             (
-                "principal point in pixels, column (opencv from the upper left "
-                "pixel, metashape from the middle)"
+                "principal point in pixels, column (opencv and micmac from the upper "
+                "left pixel, metashape from the middle)"
             ),
         ),
         "cy": (
             "",
             (
-                "principal point in pixels, row (opencv from the upper left pixel, "
-                "metashape from the middle)"
+                "principal point in pixels, row (opencv and micmac from the upper left "
+                "pixel, metashape from the middle)"
             ),
         ),
+        "centre_x": ("", "centre of the distortion in pixels, column (micmac)"),
+        "centre_y": ("", "centre of the distortion in pixels, row (micmac)"),
         "c": ("mm", "principal distance (mm)"),
         "x0": ("mm", "principal point, x (mm)"),
         "y0": ("mm", "principal point, y (mm)"),
@@ -204,17 +206,33 @@ CAMERA = Part(
         "height": ("", "height of the image in pixels"),
         "pixel_size_um": ("µm", "width of a pixel"),
         "pixel_height_um": ("µm", "height of a pixel that is not square (mm)"),
-        "b1": ("", "affinity of the pixels in pixels (metashape); absent if it is 0"),
-        "b2": ("", "skew of the pixels in pixels (metashape); absent if it is 0"),
+        "b1": (
+            "",
+            (
+                "affinity of the pixels, in pixels (metashape) or as a ratio (micmac); "
+                "absent if it is 0"
+            ),
+        ),
+        "b2": (
+            "",
+            (
+                "skew of the pixels, in pixels (metashape) or as a ratio (micmac); "
+                "absent if it is 0"
+            ),
+        ),
         "k1": ("", "first coefficient of the radial distortion; absent if it is 0"),
         "k2": ("", "second coefficient of the radial distortion; absent if it is 0"),
         "k3": ("", "third coefficient of the radial distortion; absent if it is 0"),
         "k4": (
             "",
             (
-                "fourth coefficient of the radial distortion (metashape); absent if "
-                "it is 0"
+                "fourth coefficient of the radial distortion (metashape, micmac); "
+                "absent if it is 0"
             ),
+        ),
+        "k5": (
+            "",
+            "fifth coefficient of the radial distortion (micmac); absent if it is 0",
         ),
         "p1": (
             "",

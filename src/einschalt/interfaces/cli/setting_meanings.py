@@ -196,6 +196,9 @@ VALUES = {
                 "a camera as Metashape has it: pixels, from the middle of the image"
             ),
             "mm": ("a metric camera as its calibration has it: millimetres"),
+            "micmac": (
+                "a camera as MicMac has it: pixels, distorted about a centre of its own"
+            ),
         }
     ),
 }

@@ -1,6 +1,6 @@
 """Cameras in TOML: a file such as camera.toml, or a section [low_flight.camera].
 
-Three conventions, told by the key ``convention``; see
+Four conventions, told by the key ``convention``; see
 :mod:`einschalt.theory.interior_orientation` for what the constants mean.
 """
 
@@ -128,10 +128,49 @@ class MillimetreConstants(_Constants):
         )
 
 
+class MicmacConstants(_Constants):
+    """Keys of a camera as MicMac has it, distorted about a centre of its own."""
+
+    convention: Literal["micmac"]
+    f: float = _pixels("focal length")
+    cx: float = _pixels("principal point")
+    cy: float = _pixels("principal point")
+    centre_x: float | None = Field(default=None, description="a number (pixels)")
+    centre_y: float | None = Field(default=None, description="a number (pixels)")
+    k1: float = _coefficient()
+    k2: float = _coefficient()
+    k3: float = _coefficient()
+    k4: float = _coefficient()
+    k5: float = _coefficient()
+    p1: float = _coefficient()
+    p2: float = _coefficient()
+    b1: float = _coefficient()
+    b2: float = _coefficient()
+    pixel_size_um: float = _pitch()
+
+    def camera(self):
+        """Return the camera."""
+        names = ("k1", "k2", "k3", "k4", "k5", "p1", "p2", "b1", "b2")
+        centre = (self.centre_x, self.centre_y)
+        if centre.count(None) == 1:
+            raise SettingsError(
+                "centre_x and centre_y are not both given",
+                expected="both, or none where it is the principal point",
+            )
+        return Camera.from_micmac(
+            self.f,
+            (self.cx, self.cy),
+            {name: getattr(self, name) for name in names},
+            None if None in centre else centre,
+            pixel_size_um=self.pixel_size_um,
+        )
+
+
 CONVENTIONS = {
     "opencv": OpencvConstants,
     "metashape": MetashapeConstants,
     "mm": MillimetreConstants,
+    "micmac": MicmacConstants,
 }
 
 

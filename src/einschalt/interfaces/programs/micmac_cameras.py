@@ -1,9 +1,10 @@
 """Calibrations of MicMac and MMVII, as keys of a camera.toml.
 
-Both distort on the way from the ground into the image (``DistM2C``), as Metashape does,
-and so the convention ``metashape`` has their terms: r², r⁴ … along the radius,
-(r² + 2x², 2xy) and (2xy, r² + 2y²), and (x, 0) and (y, 0). MicMac counts them in pixels
-from the centre of the distortion, MMVII in focal lengths from the principal point.
+Both distort on the way from the ground into the image (``DistM2C``), as Metashape does:
+r², r⁴ … along the radius, (r² + 2x², 2xy) and (2xy, r² + 2y²), and (x, 0) and (y, 0).
+MicMac counts them in pixels from the centre of the distortion, which is seldom the
+principal point: the convention ``micmac`` has its numbers as they are. MMVII has focal
+lengths from the principal point, as the convention ``metashape``.
 """
 
 import itertools
@@ -13,11 +14,11 @@ from einschalt.interfaces.files.plain_xml import each, local, text_of
 from einschalt.interfaces.programs.foreign import is_finite
 
 EXPECTED = "a calibration as MicMac writes it"
-MOST_RADIAL = 4
+MOST_RADIAL, MOST_RADIAL_OF_MICMAC = 4, 5
 KNOWN_WAY = "eConvApero_DistM2C"
 KNOWN_PROJECTION = "Stenope"
-# of a point at the corner: the affinity is told of undistorted coordinates by MicMac,
-# and of distorted ones in camera.toml
+# of a point at the corner: the affinity is told of undistorted coordinates by MMVII,
+# and of distorted ones in the convention metashape
 SMALLEST_PX = 0.1
 RADIAL = ("K1", "K2", "K3", "K4")
 OTHERS = ("p1", "p2", "b1", "b2")
@@ -58,44 +59,41 @@ def _of_micmac(calibration, name, source):
         )
     point, size = (_numbers(calibration, n, 2, source) for n in ("PP", "SzIm"))
     (f,) = _numbers(calibration, "F", 1, source)
-    keys = _principal(f, point, size, source)
-    models = [o for part in each(calibration, "CalibDistortion") for o in part]
-    for model in models:
-        keys |= _distortion(model, name, point, f, source)
-    _require_small_affinity(keys, name)
-    return keys
+    _require_image(f, size, source)
+    keys = {"convention": "micmac", "f": f, "cx": point[0], "cy": point[1]}
+    parts = [o for part in each(calibration, "CalibDistortion") for o in part]
+    models = [part for part in parts if local(part) != "ModNoDist"]
+    if len(models) > 1:
+        raise _UnknownTermError(
+            f"camera {name} has {len(models)} distortions one after the other: its "
+            "calibration is left out"
+        )
+    return keys | (_distortion(models[0], name, source) if models else {})
 
 
-def _distortion(model, name, point, f, source):
+def _distortion(model, name, source):
+    """Keys of a distortion, whose coefficients stay as they are."""
     kind = local(model)
-    if kind == "ModNoDist":
-        return {}
     if kind not in ("ModRad", "ModPhgrStd"):
         raise _UnknownTermError(
             f"camera {name} has a distortion of the kind {kind}: its calibration is "
             "left out"
         )
     centre = _numbers(next(each(model, "CDist"), model), None, 2, source)
-    away = max(abs(one - other) for one, other in zip(centre, point, strict=True))
-    if away > SMALLEST_PX:
-        raise _UnknownTermError(
-            f"camera {name} has a distortion whose centre lies {away:.3g} pixels from "
-            "the principal point: its calibration is left out"
-        )
     radial = [
         _number(one.text, "CoeffDist", source) for one in each(model, "CoeffDist")
     ]
-    if any(radial[MOST_RADIAL:]):
+    if any(radial[MOST_RADIAL_OF_MICMAC:]):
         raise _UnknownTermError(
             f"camera {name} has {len(radial)} radial coefficients: its calibration is "
             "left out"
         )
-    keys = {
-        f"k{k}": value * f ** (2 * k) for k, value in enumerate(radial[:MOST_RADIAL], 1)
-    }
+    keys = {"centre_x": centre[0], "centre_y": centre[1]}
+    known = radial[:MOST_RADIAL_OF_MICMAC]
+    keys |= {f"k{k}": value for k, value in enumerate(known, 1)}
     texts = {term: text_of(model, term) for term in ("P1", "P2", "b1", "b2")}
     others = {term: _number(t, term, source) for term, t in texts.items() if t}
-    return keys | {term.lower(): f * value for term, value in others.items()}
+    return keys | {term.lower(): value for term, value in others.items()}
 
 
 def _of_mmvii(calibration, name, source):
@@ -126,10 +124,14 @@ def _of_mmvii(calibration, name, source):
     return keys
 
 
-def _principal(f, point, size, source):
+def _require_image(f, size, source):
     if not (f > 0.0 and min(size) >= 1.0):
         found = f"the focal length is {f:g}, the image {size[0]:g} x {size[1]:g} pixels"
         raise damaged(source, found, EXPECTED)
+
+
+def _principal(f, point, size, source):
+    _require_image(f, size, source)
     return {
         "convention": "metashape",
         "f": f,

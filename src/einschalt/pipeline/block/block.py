@@ -98,7 +98,9 @@ class Flight:
 
     def __post_init__(self):
         """Take the principal distance from the camera."""
-        remedy = "Make it with Camera.from_opencv, from_metashape or from_mm"
+        remedy = (
+            "Make it with Camera.from_opencv, from_metashape, from_mm or from_micmac"
+        )
         kinds = Camera | None
         require_kind("camera", self.camera, kinds, expected="a Camera", remedy=remedy)
         if self.camera is not None and self.principal_distance_mm is None:
