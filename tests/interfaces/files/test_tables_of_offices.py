@@ -320,8 +320,35 @@ def test_a_list_without_names_can_be_answered(tmp_path):
 
 def test_a_list_of_model_points_needs_names(tmp_path):
     """Two names and two numbers could be anything."""
-    with pytest.raises(FileError, match="the header is"):
+    with pytest.raises(
+        FileError, match=r"the header is .* Write a line with the names"
+    ):
         read(tmp_path, "11/12 7/8 1.5 2.5\n", schema=MODEL_POINTS)
+
+
+# a name, a place and its standard errors, as programs of satellite images list them
+SEVEN = "101{0}13000.513{0}322000.450{0}512.086{0}0.01{0}0.01{0}0.02\n"
+
+
+@pytest.mark.parametrize("sign", [" ", ",", "\t", "   "])
+def test_a_list_of_seven_columns_needs_names(tmp_path, sign):
+    """Three numbers behind a place may be variances, weights or angles as well."""
+    text = SEVEN.format(sign)
+    said = "of 7 nothing tells what the last ones are: 0.01, 0.01, 0.02"
+    with pytest.raises(TableError, match=said):
+        read(tmp_path, text)
+    errors = [f"standard_error_{name}" for name in ("easting", "northing", "height")]
+    names = ["point_id", "easting", "northing", "height", *errors]
+    frame = read(tmp_path, sign.join(names) + "\n" + text).frame
+    assert frame[errors].to_numpy().tolist() == [[0.01, 0.01, 0.02]]
+
+
+def test_a_list_of_seven_columns_can_be_answered(tmp_path):
+    own = {"easting": "column 2", "northing": "column 3"}
+    own |= {"standard_error_height": "column 7"}
+    frame = read(tmp_path, SEVEN.format(" "), Said(columns=own)).frame
+    assert frame["point_id"].tolist() == ["101"]
+    assert frame["standard_error_height"].tolist() == [0.02]
 
 
 def test_plain_names_go_before_those_with_a_system(tmp_path):

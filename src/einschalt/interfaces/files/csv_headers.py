@@ -9,12 +9,14 @@ import io
 import re
 from dataclasses import dataclass, field, replace
 
+from einschalt.foundations.decimal_commas import is_measure
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError
+from einschalt.foundations.errors import FileError, TableError, name_some
 from einschalt.foundations.header_units import is_unit
 from einschalt.interfaces.files.header_rows import (
     HEAD_ROWS,
     is_list_of_points,
+    is_long_list,
     place_of_header,
     places_of_marks,
     usual_places,
@@ -57,7 +59,7 @@ def read_header(data, schema, said, source):
     header = _known(lines, row, separator, schema, said)
     if header is None and comment is not None and lines:
         header = _in_comment(comment, lines[0], separator, row, (schema, said))
-    header = header or _missing(lines, row, separator, schema)
+    header = header or _missing(lines, row, separator, (schema, said), source)
     header = header or _first(lines, row, separator, schema, source)
     if (
         any(header.names) and header.names.count("") > 1
@@ -176,20 +178,47 @@ def _in_comment(comment, line, separator, row, meant):
     return None
 
 
-def _missing(lines, row, separator, schema):
-    """Positions in place of names, where points are listed without them."""
+def _missing(lines, row, separator, meant, source):
+    """Positions in place of names, where points are listed without them.
+
+    A list of many columns needs an answer: three numbers behind a place may be standard
+    errors, variances, weights or angles. ``meant``: schema, and what the user says.
+    """
+    schema, said = meant
     line = lines[0] if lines else ""
     for sign in [separator] if separator else _separators_of(line):
         cells = _parted(line, sign) if line else []
         places = places_of_marks(cells, schema)
-        if is_list_of_points(cells, schema):
+        is_long = is_long_list(cells, schema)
+        if is_long and not set(said.columns.values()) & set(_places(cells)):
+            _refuse_long(cells, {"file": source, "row": row})
+        if is_long or is_list_of_points(cells, schema):
             rows = [_parted(one, sign) for one in lines[:HEAD_ROWS]]
             places = usual_places(rows, schema)
         if places is not None:
-            names = [f"column {k}" for k in range(1, len(cells) + 1)]
+            names = _places(cells)
             usual = {name: names[k] for name, k in places.items()}
             return Header(names, sign, row, row - 1, usual)
     return None
+
+
+def _places(cells):
+    return [f"column {k}" for k in range(1, len(cells) + 1)]
+
+
+def _refuse_long(cells, where):
+    behind = name_some([cell for cell in cells[4:] if cell], 3)
+    raise TableError(
+        f"the columns have no names, and of {len(cells)} nothing tells what the last "
+        f"ones are: {behind}",
+        expected="a line with the names, or a name, two coordinates, a height and a "
+        "kind alone",
+        remedy="Write a line with the names above the values, parted as they are, such "
+        "as point_id easting northing height standard_error_easting "
+        "standard_error_northing standard_error_height; other columns may have any "
+        "name",
+        **where,
+    )
 
 
 def _first(lines, row, separator, schema, source):
@@ -217,8 +246,16 @@ def _refuse_header(names, line, separator, where):
             **where,
         )
     if len(names) == 1 and len(line.split()) > 1:
+        found = f"the header is {shortened(line.strip(), 80)!r}"
+        if any(map(is_measure, line.split()[1:])):
+            raise FileError(
+                found,
+                expected="names of columns, and no values",
+                remedy="Write a line with the names of the columns above the values",
+                **where,
+            )
         raise FileError(
-            f"the header is {shortened(line.strip(), 80)!r}",
+            found,
             expected="columns separated by commas, semicolons or tabs",
             remedy="Separate the columns by commas",
             **where,

@@ -101,6 +101,18 @@ def is_list_of_points(cells, schema):
     )
 
 
+def is_long_list(cells, schema):
+    """Whether a row is that of a list without names, but of more columns.
+
+    >>> from einschalt.foundations.tables import CONTROL_POINTS
+    >>> cells = "7/8 13082.6 326844.2 512.1 0.01 0.01 0.02".split()
+    >>> is_long_list(cells, CONTROL_POINTS), is_long_list(cells[:5], CONTROL_POINTS)
+    (True, False)
+    """
+    first = cells[:MOST_CELLS]
+    return len(cells) > MOST_CELLS and is_list_of_points(first, schema)
+
+
 def places_of_marks(cells, schema):
     """Columns of a list without names of image points: two names, and two numbers.
 
