@@ -175,7 +175,17 @@ def test_tie_points_of_a_geotiff_are_read_from_its_tags(tmp_path):
         read_foreign(tmp_path / "a.tif")
 
 
+OLDEST = """<?xml version="1.0" encoding="UTF-8"?>
+<collection><cameras><camera label="IMG_1.jpg"><resolution width="972" height="648"/>
+<calibration><width>972</width><height>648</height><fx>1.87e+003</fx><fy>1.87e+003</fy>
+</calibration></camera></cameras></collection>
+"""
 DAMAGED = [
+    (
+        "cameras.xml",
+        OLDEST,
+        "the first versions of PhotoScan .* export its cameras and",
+    ),
     ("a.xml", LANDXML[:150], "is no whole XML"),
     ("a.xml", LANDXML.replace("2000 1000", "2000 l000"), "point A: '2000 l000 3000'"),
     ("a.xml", LANDXML.replace("millimeter", "ell"), "the unit 'ell' is unknown"),

@@ -35,12 +35,24 @@ def is_cameras(head):
     """Whether the first bytes of a file look so."""
     # the calibrations may stand behind many bands and properties of their sensors
     is_chunk = b"<chunk" in head and (b"<sensors" in head or b"<calibration" in head)
-    return is_chunk or (b"<calibration>" in head and b"<projection>" in head)
+    is_oldest = b"<collection" in head and b"<cameras" in head
+    return (
+        is_chunk or is_oldest or (b"<calibration>" in head and b"<projection>" in head)
+    )
 
 
 def read_cameras(file) -> Foreign:
     """Read the calibrations of sensors, orientations of cameras, and markers."""
     root = read_xml(file.data, file.source, EXPECTED)
+    if local(root) == "collection":
+        raise FileError(
+            "is a list of cameras of the first versions of PhotoScan (<collection>), "
+            "whose axes and signs are described nowhere",
+            expected=EXPECTED,
+            remedy="Open the project in a later version of PhotoScan or Metashape, and "
+            "export its cameras and its markers again, each as XML",
+            file=file.source,
+        )
     cameras, unusable = _calibrations(root, file)
     oriented, notes = _orientations(root, file.source)
     notes = [f"{file.source}: {said}" for said in unusable.values()] + notes
