@@ -191,3 +191,84 @@ def test_points_without_a_grid_are_counted(tmp_path):
         read(tmp_path, "a.jxl", text.replace("East", "West"))
     with pytest.raises(EinschaltError, match="a point of the reductions has no name"):
         read(tmp_path, "a.jxl", text.replace("<Name>P2</Name>", ""))
+
+
+# in the shape of the end of a job of the Survey Controller
+SYSTEM = """<Environment><CoordinateSystem><SystemName>UTM</SystemName>
+<ZoneName>33 North</ZoneName><DatumName>WGS 1984</DatumName>
+<Ellipsoid><EarthRadius>6378137</EarthRadius><Flattening>0.00335281067183</Flattening>
+</Ellipsoid><Projection><Type>TransverseMercator</Type><ShiftGridFileName/>
+<CentralLatitude>0</CentralLatitude><CentralLongitude>15</CentralLongitude>
+<FalseNorthing>0</FalseNorthing><FalseEasting>500000</FalseEasting><Scale>0.9996</Scale>
+<SouthAzimuth>false</SouthAzimuth><GridOrientation>IncreasingNorthEast</GridOrientation>
+</Projection><HorizontalAdjustment><Type>NoAdjustment</Type></HorizontalAdjustment>
+</CoordinateSystem></Environment></JOBFile>"""
+AUSTRIA = (
+    SYSTEM.replace("UTM", "Austria")
+    .replace("33 North", "Austria GK M34")
+    .replace("6378137", "6377397.155")
+    .replace("0.00335281067183", "0.00334277318217")
+    .replace(">15<", "> 16.3333333333333<")
+    .replace("<FalseNorthing>0", "<FalseNorthing>-5000000")
+    .replace("500000<", "750000<")
+    .replace("0.9996", "1")
+)
+POLAND = (
+    SYSTEM.replace("UTM", "Polska")
+    .replace("33 North", "2000/18")
+    .replace(">15<", ">18<")
+    .replace("500000", "6500000")
+    .replace("0.9996", "0.999923")
+)
+RECORDS = (
+    SYSTEM.replace("<Environment>", "<FieldBook>")
+    .replace("</Environment>", "</FieldBook>")
+    .replace("CoordinateSystem>", "CoordinateSystemRecord>")
+    .replace("<Projection>", "</CoordinateSystemRecord><ProjectionRecord><Projection>")
+    .replace("</Projection>", "</Projection></ProjectionRecord><A>")
+    .replace("</CoordinateSystemRecord></FieldBook>", "</A></FieldBook>")
+)
+
+
+def job(folder, system):
+    text = READ["a.jxl"][0].replace("</JOBFile>", system)
+    return read(folder, "a.jxl", text)
+
+
+@pytest.mark.parametrize(
+    ("system", "code", "noted"),
+    [
+        (SYSTEM, "EPSG:32633", "UTM, 33 North, is WGS 84 / UTM zone 33N (EPSG:32633)"),
+        (RECORDS, "EPSG:32633", "UTM, 33 North, is WGS 84 / UTM zone 33N (EPSG:32633)"),
+        (AUSTRIA, "EPSG:31259", "is MGI / Austria GK M34 (EPSG:31259)"),
+        (
+            SYSTEM.replace("<DatumName>", "<EPSGCode>32633</EPSGCode><DatumName>"),
+            "EPSG:32633",
+            "(EPSG:32633)",
+        ),
+        # a number alone is no code, and names that are much alike are not the same
+        (SYSTEM.replace("33 North", "2056"), None, "UTM, 2056, is none that is known"),
+        (SYSTEM.replace("500000", "5500000"), None, "is none that is known by this"),
+        (SYSTEM.replace("6378137", "6378388"), None, "is none that is known by this"),
+        (SYSTEM.replace("NorthEast", "SouthWest"), None, "is none that is known by"),
+        (SYSTEM.replace("NoAdj", "PlaneAdj"), None, "fitted to its site (PlaneAdj"),
+        (
+            POLAND,
+            None,
+            "projection is TransverseMercator, CentralLatitude 0, CentralLongitude 18",
+        ),
+    ],
+)
+def test_the_system_of_a_job_is_told(tmp_path, system, code, noted):
+    found = job(tmp_path, system)
+    assert found.crs == code
+    (note,) = [one for one in found.notes if "system" in one]
+    assert noted in note
+    with written_in("de"):
+        assert "das System des Projekts" in retold(note)
+
+
+def test_a_job_without_a_system_states_none(tmp_path):
+    found = job(tmp_path, "</JOBFile>")
+    assert found.crs is None
+    assert not [one for one in found.notes if "system" in one]

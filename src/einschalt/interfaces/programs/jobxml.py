@@ -1,7 +1,8 @@
 """JobXML of Trimble (.jxl): the reduced points of a job, after its schema.
 
 Its lengths are metres, whatever the job shows. Points of the field book are measured
-ones, of which the reductions have the coordinates.
+ones, of which the reductions have the coordinates. Their system is stated where the job
+names one that is known.
 """
 
 import numpy as np
@@ -12,6 +13,7 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
 from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite
+from einschalt.interfaces.programs.jobxml_systems import system_of
 
 EXPECTED = "a job as Trimble's programs export it: Reductions with points"
 AXES = ("East", "North", "Elevation")
@@ -38,12 +40,12 @@ def read_jobxml(file) -> Foreign:
         )
     table = pd.DataFrame({"point_id": names})
     table[["easting", "northing", "height"]] = np.array(places)
-    notes = []
+    crs, notes = system_of(root, file.source)
     if n_others:
         left_out = kept("{n:point|points} without grid left out", n=n_others)
         notes.append(f"{file.source}: {left_out}")
     tables = {"control_points": table.dropna(axis=1, how="all")}
-    return Foreign(tables, None, tuple(notes), unit=METRES, unit_m=1.0)
+    return Foreign(tables, crs, tuple(notes), unit=METRES, unit_m=1.0)
 
 
 def _point(point, source):
