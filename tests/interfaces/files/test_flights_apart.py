@@ -7,6 +7,7 @@ from einschalt.foundations.errors import TableError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.flights_apart import require_one_flight
+from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
 
@@ -90,6 +91,29 @@ def test_init_and_check_tell_it_before_rows_that_stand_twice(small_block):
     both.to_csv(small_block.path / "low_flight.csv", index=False)
     (problem,) = find_problems(small_block.path).problems
     assert "column 'Flug' has the values hoch, tief, as of two" in problem.found
-    assert problem.remedy.startswith("Part the rows into a file for each flight")
-    with pytest.raises(TableError, match="as of two flights"):
+    assert problem.remedy.startswith("Say where for the table of each flight")
+    # rows of neither flight would be lost
+    pd.concat([both, low.assign(Flug="")]).to_csv(
+        small_block.path / "low_flight.csv", index=False
+    )
+    with pytest.raises(TableError, match=r"as of two flights.* Part the rows into a"):
         look_at(small_block.path / "low_flight.csv", Said())
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ({"Flugg": "tief"}, "column 'Flugg' of where is missing, found .*Flug"),
+        ({"Flug": "tiefe"}, "no row has 'tiefe' in column 'Flug', .*hoch, tief"),
+    ],
+)
+def test_rows_that_are_not_there_are_told(tmp_path, where, said):
+    with_column("Flug", ["hoch", "hoch", "tief"]).assign(coverage="1").to_csv(
+        tmp_path / "t.csv", index=False
+    )
+    with pytest.raises(TableError, match=said):
+        understand_table(tmp_path / "t.csv", MODEL_POINTS, Said(where=where))
+    given = Said(where={"Flug": "hoch"})
+    found = understand_table(tmp_path / "t.csv", MODEL_POINTS, given)
+    assert found.frame["Flug"].tolist() == ["hoch", "hoch"]
+    assert "t.csv: 2 of 3 rows: those with Flug = hoch" in found.notes

@@ -90,6 +90,9 @@ class TableKeys(_Section):
     decimal: Literal[",", "."] | None = Field(
         default=None, description='"," or ".", where the table does not tell'
     )
+    where: dict[str, str] | None = Field(
+        default=None, description='a column and a value as in {Flug = "tief"}'
+    )
 
 
 class ControlPointsSection(TableKeys):
@@ -179,8 +182,9 @@ def said_of(keys, crs=None, unit=None) -> Said:
     """
     if not isinstance(keys, TableKeys):
         return Said(crs=crs, unit=unit)
-    columns = keys.columns or {}
-    return Said(columns, keys.sheet, keys.layer, keys.decimal, crs, unit)
+    columns, where = keys.columns or {}, keys.where or {}
+    parts = (keys.sheet, keys.layer, keys.decimal)
+    return Said(columns, *parts, crs, unit, where=where)
 
 
 def named_file(value):

@@ -2,11 +2,15 @@
 
 Models of both flights often have the same names. Where they have not, the table looks
 like that of one flight, whose models have two scales. The values of the column decide:
-scales that are nearly the same are of one flight, dates may be of one as well.
+scales that are nearly the same are of one flight, dates may be of one as well. Where
+each flight has one value, ``where`` of its table in block.toml takes its rows.
 """
 
 import re
+from dataclasses import replace
 from itertools import pairwise
+
+import pandas as pd
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.display_names import shortened
@@ -35,6 +39,47 @@ DATE = re.compile(
 )
 
 
+class TwoFlightsError(TableError):
+    """A table of two flights; ``parts``: what each has in a column, if that is all."""
+
+    parts: tuple = ()
+
+
+def chosen_rows(table, where, source):
+    """The rows of a table that have a value in a column, and a note.
+
+    ``where``: value by column. A TableError where there is no such column or row.
+    """
+    frame = table.frame
+    for name, value in where.items():
+        called = shortened(name)
+        if list(frame.columns).count(name) != 1:
+            raise TableError(
+                f"column '{called}' of where is missing, found "
+                f"{name_some(map(str, frame.columns), 8)}",
+                expected="a column that the file has once",
+                remedy="Correct where in block.toml",
+                file=source,
+            )
+        texts = _texts(frame[name])
+        if not (texts == value).any():
+            raise TableError(
+                f"no row has {shortened(value)!r} in column '{called}', as where says",
+                expected=name_some(map(shortened, sorted(texts.unique())), 8),
+                remedy="Correct where in block.toml",
+                file=source,
+            )
+        frame = frame[texts == value]
+    said = name_some(f"{shortened(n)} = {shortened(v)}" for n, v in where.items())
+    kept = f"{source}: {len(frame)} of {len(table.frame)} rows: those with {said}"
+    return replace(table, frame=frame, notes=(*table.notes, kept))
+
+
+def _texts(column):
+    """Values of a column as text, without blanks around them; empty where none is."""
+    return column.map(lambda value: "" if pd.isna(value) else str(value).strip())
+
+
 def require_one_flight(frame, schema, source):
     """Refuse a table of models or photographs that has a column of two flights.
 
@@ -52,7 +97,11 @@ def require_one_flight(frame, schema, source):
         given, n_flights, is_sure = _flights(word, sorted(given - {""}))
         values = name_some([shortened(value) for value in given])
         if n_flights == N_FLIGHTS and is_sure:
-            raise _two_flights(str(name), values, source)
+            texts = _texts(frame[name])
+            parts = (
+                [{str(name): one} for one in given] if texts.isin(given).all() else []
+            )
+            raise _two_flights(str(name), values, parts, source)
         if n_flights >= N_FLIGHTS:
             notes.append(
                 f"{source}: column '{shortened(str(name))}' has the values {values}: "
@@ -80,11 +129,18 @@ def _number(text):
     return float(re.sub(r"[\s'’]", "", text).replace(",", "."))
 
 
-def _two_flights(name, values, source):
-    return TableError(
+def _two_flights(name, values, parts, source):
+    is_parted = len(parts) == N_FLIGHTS
+    error = TwoFlightsError(
         f"column '{shortened(name)}' has the values {values}, as of two flights",
         expected="one flight in each table",
-        remedy="Part the rows into a file for each flight; rename the column if it "
+        remedy="Say where for the table of each flight in block.toml, as in where = "
+        '{Flug = "tief"}, or part its rows into files; rename the column if it tells '
+        "other things apart"
+        if is_parted
+        else "Part the rows into a file for each flight; rename the column if it "
         "tells other things apart",
         file=source,
     )
+    error.parts = tuple(parts) if is_parted else ()
+    return error

@@ -7,6 +7,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import point_layers, workbooks
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
+from einschalt.interfaces.files.flights_apart import chosen_rows
 from einschalt.interfaces.files.parquet_tables import understand_parquet, write_parquet
 from einschalt.interfaces.files.understood_tables import NOTHING_SAID, ReadTable
 
@@ -34,8 +35,8 @@ def understand_table(
 ) -> ReadTable:
     """Read a table of any known kind, and say how it was understood.
 
-    ``said``: what is known of it beside its name; ``beside``: the files that belong to
-    a shapefile.
+    ``said``: what is known of it beside its name, and which of its rows are meant;
+    ``beside``: the files that belong to a shapefile.
     """
     source = source or Path(path).name
     suffix = _known_suffix(path, source, READ_SUFFIXES)
@@ -46,7 +47,8 @@ def understand_table(
         read = workbooks.understand_workbook
     else:
         read = understand_csv if suffix in CSV_SUFFIXES else understand_parquet
-    return read(path, schema, said, source=source)
+    found = read(path, schema, said, source=source)
+    return chosen_rows(found, said.where, source) if said.where else found
 
 
 def _refuse_part_of_another_kind(suffix, said, source):

@@ -59,6 +59,7 @@ class Said:
     crs: str | None = None  # of its coordinates
     unit: str | None = None  # of the models or images of its flight; px of a camera
     degrees_crs: str | None = None  # of longitudes and latitudes, in place of crs
+    where: dict = field(default_factory=dict)  # of its rows alone: column and value
 
 
 NOTHING_SAID = Said()

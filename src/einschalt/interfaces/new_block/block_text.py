@@ -135,6 +135,7 @@ def _tables(proposal, section, folder):
             "decimal": table.said.decimal,
             "columns": table.said.columns or None,
             "crs": _crs_of_degrees(table),
+            "where": table.said.where or None,
         }
         said = {name: value for name, value in said.items() if value is not None}
         if key == "file":

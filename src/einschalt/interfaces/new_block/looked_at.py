@@ -19,7 +19,7 @@ from einschalt.foundations.frame_columns import names_not_in
 from einschalt.foundations.language import mark_each, translated
 from einschalt.foundations.names_as_numbers import remedy_of_two
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
-from einschalt.interfaces.files.flights_apart import require_one_flight
+from einschalt.interfaces.files.flights_apart import TwoFlightsError, require_one_flight
 from einschalt.interfaces.files.input_files import (
     companions,
     is_there,
@@ -85,9 +85,9 @@ class Looked:
 
     @property
     def title(self):
-        """Name of the file, and of its sheet or layer."""
-        part = self.said.sheet or self.said.layer
-        return f"{self.path.name}, {part}" if part else self.path.name
+        """Name of the file, of its sheet or layer, and of the flight in it."""
+        parts = (self.said.sheet or self.said.layer, *self.said.where.values())
+        return ", ".join([self.path.name, *filter(None, parts)])
 
     @property
     def lacks_pitch(self):
@@ -315,7 +315,13 @@ def _said_of_guess(kind, problems, left_out, file):
 
 def _tables(file, said):
     """The tables of a sheet, a layer or a text; others than sheets have one."""
-    first, n_beside = _table(file, said)
+    try:
+        first, n_beside = _table(file, said)
+    except TwoFlightsError as error:
+        parted = [_table(file, replace(said, where=part))[0] for part in error.parts]
+        if not parted:
+            raise
+        return parted
     found = [first]
     if n_beside:  # each is of another kind: two of one kind are refused
         for kind in KINDS:
