@@ -219,6 +219,12 @@ def test_no_inverse_where_the_polynomial_turns_back():
             r"distortion has 6 coefficients; expected k1, k2, p1, p2, k3",
         ),
         (
+            lambda: Camera.from_micmac(
+                1e-90, (4e3, 3e3), {"k5": 1.0}, (1e90, -1e90), pixel_size_um=4.5
+            ),
+            r"principal distance of 4\.5e-93 mm; expected 1 to 5000 mm",
+        ),
+        (
             lambda: Camera.from_micmac(0.0, (4e3, 3e3), pixel_size_um=4.5),
             r"principal distance of 0 mm; expected 1 to 5000 mm",
         ),

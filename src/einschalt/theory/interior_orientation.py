@@ -409,14 +409,15 @@ class Camera:
         f, (cx, cy) = finite_number("f", f), _pair("principal_point", principal_point)
         x, y = (cx, cy) if centre is None else _pair("centre", centre)
         numbers = {"f": f, "cx": cx, "cy": cy, "centre_x": x, "centre_y": y}
-        # of an impossible focal length the principal distance is told
-        scale = np.array([1.0, -1.0]) / (f or np.nan)
+        with np.errstate(all="ignore"):
+            # of an impossible focal length the principal distance is told
+            away = np.array([x - cx, cy - y]) / (f or np.nan)
+            scales = np.float64(f) ** np.arange(2, 2 * len(radial) + 1, 2)
+            radial = [constants[name] for name in radial] * scales
         pixel_size_um = finite_number("pixel_size_um", pixel_size_um)
         return cls(
             principal_distance_mm=f * pixel_size_um * MM_PER_UM,
-            radial=tuple(
-                constants[name] * f ** (2 * k + 2) for k, name in enumerate(radial)
-            ),
+            radial=tuple(radial.tolist()),
             # y down turns the sign of what belongs to y
             tangential=(p1 * f, -p2 * f),
             is_correcting=False,
@@ -424,7 +425,7 @@ class Camera:
             origin=np.array([cx, cy]),
             given=_said("micmac", numbers, constants, pixel_size_um=pixel_size_um),
             affinity=(b1, -b2),
-            centre=tuple((scale * [x - cx, y - cy]).tolist()),
+            centre=tuple(away.tolist()),
         )
 
 
