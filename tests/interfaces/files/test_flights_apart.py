@@ -7,7 +7,7 @@ from einschalt.foundations.errors import TableError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.flights_apart import require_one_flight
-from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.tables_by_suffix import understand_table, write_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import look_at
 
@@ -117,3 +117,22 @@ def test_rows_that_are_not_there_are_told(tmp_path, where, said):
     found = understand_table(tmp_path / "t.csv", MODEL_POINTS, given)
     assert found.frame["Flug"].tolist() == ["hoch", "hoch"]
     assert "t.csv: 2 of 3 rows: those with Flug = hoch" in found.notes
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx", ".parquet"])
+def test_image_points_of_two_flights_are_two_tables(tmp_path, suffix):
+    """Photographs of both flights have the same names."""
+    rows = {"image_id": ["1", "2"] * 2, "point_id": "A", "x": 1.5, "y": [2.5, 3, 4, 5]}
+    table = pd.DataFrame(rows).assign(Flug=[15, 15, 8, 8])
+    path = tmp_path / f"t{suffix}"
+    if suffix == ".xlsx":
+        table.to_excel(path, index=False)
+    else:
+        write_table(table, path)
+    one, two = look_at(path, Said())
+    if suffix == ".parquet":  # categories are texts
+        table.astype({"Flug": str}).astype({"Flug": "category"}).to_parquet(path)
+        one, two = look_at(path, Said())
+    assert (one.title, two.title) == (f"t{suffix}, 15", f"t{suffix}, 8")
+    assert one.frame["y"].tolist() == [2.5, 3.0]
+    assert two.frame["y"].tolist() == [4.0, 5.0]

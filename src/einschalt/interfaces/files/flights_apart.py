@@ -80,6 +80,15 @@ def _texts(column):
     return column.map(lambda value: "" if pd.isna(value) else str(value).strip())
 
 
+def tells_flights(name):
+    """Whether a column of this name may tell flights apart.
+
+    >>> tells_flights("Flug-Nr."), tells_flights("Bemerkung")
+    (True, False)
+    """
+    return folded(name) in OF_FLIGHTS | OF_SIZES | OF_MISSIONS
+
+
 def require_one_flight(frame, schema, source):
     """Refuse a table of models or photographs that has a column of two flights.
 
@@ -91,7 +100,7 @@ def require_one_flight(frame, schema, source):
     for name in frame.columns:
         word = folded(name)
         is_known = name in schema.names or list(frame.columns).count(name) != 1
-        if is_known or word not in OF_FLIGHTS | OF_SIZES | OF_MISSIONS:
+        if is_known or not tells_flights(name):
             continue
         given = {str(value).strip() for value in frame[name].dropna().unique()}
         given, n_flights, is_sure = _flights(word, sorted(given - {""}))

@@ -19,6 +19,7 @@ from einschalt.foundations.errors import FileError, TableError
 from einschalt.interfaces.files import unpacked_sizes
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
+from einschalt.interfaces.files.flights_apart import tells_flights
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.json_text import parsed_json
 from einschalt.interfaces.files.parquet_columns import read_columns, stored_columns
@@ -49,7 +50,8 @@ ROWS_OF_A_GROUP = 2**15
 def read_parquet(path, schema, *, source=None):
     """Read all columns of a Parquet table; its index is the row, counted from 1.
 
-    Names are text, numbers float, columns that the schema does not know have no values.
+    Names are text, numbers float, columns that the schema does not know have no values,
+    but for those that tell flights apart.
     A file that would unpack to a table too large to be one of points is refused.
     """
     return understand_parquet(path, schema, source=source).frame
@@ -125,6 +127,7 @@ def _read_columns(data, schema, said, source):
     _refuse_no_texts(metadata.schema.to_arrow_schema(), meant, schema, source)
     place = _geometry_of(metadata, names)
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
+    known += _of_rows(metadata.schema.to_arrow_schema(), known, said)
     known += [place[0]] if place else []
     by_name = {name: columns[k] for name, k in places.items()}
     unpacked_sizes.refuse_columns(by_name, known, n_rows, len(data), source)
@@ -144,6 +147,20 @@ def _read_columns(data, schema, said, source):
         found[name].pop(0) if found.get(name) else as_pandas(nothing) for name in names
     ]
     return columns, names, meant, place
+
+
+def _of_rows(stored, known, said):
+    """Further columns with values: by which rows are chosen, or flights told apart."""
+    plain = {field.name for field in stored if _is_plain(field.type)}
+    wanted = [n for n in dict.fromkeys(stored.names) if n in plain and n not in known]
+    return [name for name in wanted if name in said.where or tells_flights(name)]
+
+
+def _is_plain(kind):
+    """Whether values are whole numbers or texts, perhaps as categories."""
+    kind = kind.value_type if pa.types.is_dictionary(kind) else kind
+    is_text = pa.types.is_string(kind) or pa.types.is_large_string(kind)
+    return is_text or pa.types.is_integer(kind)
 
 
 def _refuse_no_texts(stored, meant, schema, source):
