@@ -64,10 +64,11 @@ def suspects(adjusted):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_exchanged_names_beside_control_of_half_a_metre(kind):
+@pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
+def test_exchanged_names_beside_control_of_half_a_metre(kind, outliers):
     """Least squares shrink the block by a third: it was wrong by up to 1.8 km."""
     block, wrong = with_exchanged_names(with_poor_control(demo(kind, 3), 0.5, 3), 5)
-    adjusted = es.adjust_block(block, kind=kind, outliers="snoop")
+    adjusted = es.adjust_block(block, kind=kind, outliers=outliers)
     assert adjusted.failures.empty
     assert 0.5 < error_over_claim(adjusted, block) < 1.5
     assert suspects(adjusted) == wrong
@@ -92,6 +93,24 @@ def test_wrong_control_is_still_what_is_wrong():
     assert set(found) == set(control.loc[rows, "point_id"])
     assert not suspects(adjusted)
     assert 0.5 < error_over_claim(adjusted, block) < 1.5
+
+
+@pytest.mark.parametrize("size_m", [0.0, 0.5])
+def test_exchanged_control_places_no_spatial_block(size_m):
+    """It ended without a result, or with good models given up for wrong control."""
+    block = with_poor_control(demo("helmert_3d", 1), size_m, 1)
+    control = block.control_points.copy()
+    rows = control.index[control["role"] != "check"]
+    axes = [*PLAN, "height"]
+    wrong, right = rows[[0, 5, 3, 9]], rows[[5, 0, 9, 3]]
+    control.loc[wrong, axes] = control.loc[right, axes].to_numpy()
+    adjusted = es.adjust_block(
+        replace(block, control_points=control), kind="helmert_3d", outliers="snoop"
+    )
+    assert adjusted.failures.empty
+    found = adjusted.control.loc[adjusted.control["is_suspect"], "point_id"]
+    assert set(found) == set(control.loc[wrong, "point_id"])
+    assert 0.4 < error_over_claim(adjusted, block) < 1.5
 
 
 def test_gross_errors_make_no_shifts_of_groups():

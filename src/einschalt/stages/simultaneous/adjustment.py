@@ -371,7 +371,7 @@ def _cleaned(tables, part, begun, options, search):
     if found is solution:
         weighed = search()
     else:
-        begun = replace(begun, solution=found)
+        begun = begun.continued(found, part.observations)
         weighed = weigh_part(tables, part, begun, options)
     cleaned = clean_part(weighed, options)
     if not tests or not (cleaned.is_out.any() or options.outliers in NORMS):
@@ -381,7 +381,8 @@ def _cleaned(tables, part, begun, options, search):
         start = start.with_terms(solution.terms)
     tests, again = _examined(start, options)
     if again.terms != found.terms:
-        begun = replace(begun, solution=solution.with_terms(again.terms))
+        modelled = solution.with_terms(again.terms)
+        begun = begun.continued(modelled, part.observations)
         weighed = weigh_part(tables, part, begun, options)
         cleaned = clean_part(weighed, options)
     return tests, begun, weighed, cleaned

@@ -22,6 +22,7 @@ from einschalt.stages.simultaneous.variance_components import (
 from einschalt.theory.block_adjustment.determinacy import INCREDIBLE, loose_models
 from einschalt.theory.block_adjustment.gross_error_search import (
     adjust_without_far_measurements,
+    begin,
     sound_block,
 )
 from einschalt.theory.block_adjustment.gross_errors import (
@@ -53,13 +54,11 @@ def begin_part(part, options, terms=()) -> OutlierFreeBlock:
     except NoConvergenceError:
         if not looks:
             raise
-    else:
-        is_credible = not solution.s_0 > INCREDIBLE
-        if is_credible or not (looks and loose_models(solution).any()):
-            return OutlierFreeBlock.whole(solution)
-    return adjust_without_far_measurements(
-        part.observations, options.significance, terms
-    )
+        significance = options.significance
+        return adjust_without_far_measurements(part.observations, significance, terms)
+    if looks and solution.s_0 > INCREDIBLE and loose_models(solution).any():
+        return begin(solution, options.significance)
+    return OutlierFreeBlock.whole(solution)
 
 
 def with_centres(tables, part, begun, is_kept):

@@ -30,8 +30,8 @@ MOST_STEPS = 60
 SETTLED = 1e-5
 
 
-def far_measurements(ordinary) -> np.ndarray:
-    """Find the measurements that are far off.
+def far_measurements(ordinary) -> tuple[np.ndarray, np.ndarray]:
+    """Find the measurements that are far off, and the control.
 
     Parameters
     ----------
@@ -40,31 +40,34 @@ def far_measurements(ordinary) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (n_rows,)
+    far : ndarray, shape (n_rows,)
         How far off, over the usual error of a measurement; 0 of what is not far, and of
         everything where the ordinary adjustment is credible. Beside a gross error good
         measurements may be among them: they are to be judged without it.
+    is_wrong : ndarray of bool, shape (n_points,)
+        Given points that are far off.
     """
     observations = ordinary.observations
     if not ordinary.s_0 > INCREDIBLE:
-        return np.zeros(len(observations.model))
+        none = np.zeros(observations.n_points, dtype=bool)
+        return np.zeros(len(observations.model)), none
     for hold in HOLDS:
-        far, share_of_control = _far_ones(observations, ordinary.ordering, hold)
-        if share_of_control <= MOST_WRONG:
+        far, is_wrong = _far_ones(observations, ordinary.ordering, hold)
+        if is_wrong[observations.is_control].mean() <= MOST_WRONG:
             break
-    return far
+    return far, is_wrong
 
 
 def _far_ones(observations, ordering, hold):
-    """Measurements that are far off, and the share of control that is."""
+    """How far measurements are off that are far, and which control is."""
     of_rows, of_control = _least_absolute(observations, ordering, hold)
     usual = max(1.0, np.median(of_rows) / np.sqrt(chdtri(2, 0.5)))
     # of a point whose given coordinates are farther off these are wrong
     is_far = (of_rows > FAR * usual) & (of_rows >= of_control[observations.point])
-    is_control, unit = observations.is_control, np.median(observations.standard_error)
+    unit = np.median(observations.standard_error)
     own = np.trace(observations.control_covariance, axis1=1, axis2=2) / 2.0
     is_wrong = of_control > FAR * np.hypot(usual, np.sqrt(own) / unit)
-    return np.where(is_far, of_rows, 0.0), is_wrong[is_control].mean()
+    return np.where(is_far, of_rows, 0.0), is_wrong
 
 
 def _least_absolute(observations, ordering, hold):

@@ -11,7 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from einschalt.theory.block_adjustment.absolute_residuals import far_measurements
-from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.block_solution import (
+    UndeterminedTermsError,
+    adjust,
+)
 from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.determinacy import INCREDIBLE
 from einschalt.theory.block_adjustment.gross_errors import (
@@ -21,6 +24,7 @@ from einschalt.theory.block_adjustment.gross_errors import (
     OutlierFreeBlock,
     are_credible,
     take_out,
+    without_given,
     without_rows,
 )
 from einschalt.theory.block_adjustment.spatial_solution import (
@@ -28,11 +32,10 @@ from einschalt.theory.block_adjustment.spatial_solution import (
     adjust_models,
     adjust_spatially,
 )
-from einschalt.theory.block_adjustment.spatial_start import place_models
 
 # growth of s_0 by which a measurement that has come back is seen to be wrong
 GROWS = 2.0
-FAILURES = (ContradictedModelError, NoConvergenceError)
+FAILURES = (ContradictedModelError, NoConvergenceError, UndeterminedTermsError)
 
 
 def _judged(solution, _, given):
@@ -58,14 +61,20 @@ def sound_block(begun, given, significance, judge=_judged) -> OutlierFreeBlock:
         found = take_out(begun, *how)
     except FAILURES as error:
         failure = error
-    is_credible = found is not None and not found.solution.s_0 > INCREDIBLE
-    if is_credible or begun.is_out.any() or not begun.solution.s_0 > INCREDIBLE:
+    is_found = found is not None and _size(found) <= INCREDIBLE
+    if is_found or begun.is_out.any() or not begun.solution.s_0 > INCREDIBLE:
         return _found_or_raised(found, failure)
     try:
         anew = take_out(begin(begun.solution, significance), *how)
     except FAILURES:
         return _found_or_raised(found, failure)
-    return min(found or anew, anew, key=lambda block: block.solution.s_0)
+    return min(found or anew, anew, key=_size)
+
+
+def _size(block):
+    """s_0 of a block; infinite where nothing is left that tells it."""
+    s_0 = block.solution.s_0
+    return s_0 if np.isfinite(s_0) else np.inf
 
 
 def _found_or_raised(found, failure):
@@ -79,12 +88,11 @@ def begin(solution, significance) -> OutlierFreeBlock:
 
     A spatial block is placed anew: where it stands it may have shrunk to nothing.
     """
-    given = solution.observations
     if not solution.s_0 > INCREDIBLE:
         return OutlierFreeBlock.whole(solution)
-    if given.is_in_space:
-        return adjust_without_far_measurements(given, significance)
-    return _begun(solution, far_measurements(solution), significance)
+    if solution.observations.is_in_space:
+        return _begun_in_space(solution.observations, significance)
+    return _begun(solution, *far_measurements(solution), significance)
 
 
 def adjust_without_far_measurements(
@@ -92,19 +100,25 @@ def adjust_without_far_measurements(
 ) -> OutlierFreeBlock:
     """Adjust a block without the measurements that are far off.
 
-    They are looked for before a spatial block is placed, since it may not stand beside
-    them at all.
+    They are looked for before a spatial block is placed, if it does not stand beside
+    them.
     """
-    if not observations.is_in_space:
+    try:
         return begin(adjust_models(observations, terms), significance)
-    plan = adjust(observations.in_plan(is_affine=False))
-    far = far_measurements(plan)
-    start = None if far.any() else place_models(observations, plan)
-    solution = adjust_spatially(without_rows(observations, far > 0.0), start)
-    return _begun(replace(solution, observations=observations), far, significance)
+    except NoConvergenceError:
+        return _begun_in_space(observations, significance)
 
 
-def _begun(solution, far, significance):
+def _begun_in_space(observations, significance):
+    """Block without what is far off in plan; in space it may not stand beside that."""
+    far, is_wrong = far_measurements(adjust(observations.in_plan(is_affine=False)))
+    is_far = far > 0.0
+    placed = without_given(without_rows(observations, is_far), is_wrong)
+    solution = replace(adjust_spatially(placed), observations=observations)
+    return _begun(solution, far, is_wrong, significance)
+
+
+def _begun(solution, far, is_wrong, significance):
     """Block without what is far off, by so much; of observations as they are given.
 
     Good measurements look wrong beside a gross error. What is credible comes back, the
@@ -112,9 +126,9 @@ def _begun(solution, far, significance):
     but that tells them from the gross error, and what it does to the block.
     """
     block, given = OutlierFreeBlock.whole(solution), solution.observations
-    if not far.any():
+    if not (far.any() or is_wrong.any()):
         return block
-    block = replace(block, is_out=far > 0.0).readjusted(given)
+    block = replace(block, is_out=far > 0.0, is_wrong=is_wrong).readjusted(given)
     may_return = block.is_out.copy()
     for _ in range(MOST_RETURNS):
         tests = judge_observations(block.solution, given)

@@ -16,9 +16,7 @@ from scipy.special import chdtri
 from einschalt.foundations.batches import segment_min_max
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.block_adjustment.adjusted_block import AdjustedBlock
-from einschalt.theory.block_adjustment.block_tests import (
-    judge_control,
-)
+from einschalt.theory.block_adjustment.block_tests import judge_control
 from einschalt.theory.block_adjustment.determinacy import loose_models
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
@@ -32,6 +30,9 @@ NEARLY_WORST = 0.5
 REACH = 2
 # share of what others check of a model, above which it is the model that is wrong
 MOST_LOST = 0.5
+# residual over its error beyond which a norm leaves no pull to what is refused: on the
+# scale of a block that grows with the error, as its distance does
+BEYOND = 100.0
 MOST_ITERATIONS = 50
 TOLERANCE = 1e-3
 LEAST_FACTOR = 1e-9
@@ -78,6 +79,12 @@ class OutlierFreeBlock:
             self.is_wrong, other.is_wrong
         )
 
+    def continued(self, solution, given):
+        """Take another solution without the same rows and given points."""
+        other = replace(self, solution=solution)
+        is_whole = not (self.is_out.any() or self.is_wrong.any())
+        return other if is_whole else other.readjusted(given)
+
     def readjusted(self, given):
         """Adjust with other errors anew, without the same rows and given points."""
         solution = _without(self.solution, given, self.is_out, self.is_wrong)
@@ -99,7 +106,7 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     """
     solution, is_out = begun.solution, begun.is_out.copy()
     n_returns = MOST_RETURNS if is_out.any() else 0
-    is_aside = np.zeros(given.n_points, dtype=bool)
+    is_aside = begun.is_wrong.copy()
     for _ in range(MOST_STEPS):
         tests = judge(solution, is_out, given)
         of_control = judge_control(solution)
@@ -170,9 +177,7 @@ def with_all_control(block, given) -> CleanedBlock:
 
 def _without(solution, given, is_out, is_aside):
     """Adjust the block anew, without these rows and given points."""
-    factors = np.where(is_aside, OUT**2, 1.0)[:, None, None]
-    covariance = given.control_covariance * factors
-    changed = replace(without_rows(given, is_out), control_covariance=covariance)
+    changed = without_given(without_rows(given, is_out), is_aside)
     solution = solution.readjusted(changed)
     n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
     lost = solution.residuals.shape[1] * n_lost
@@ -242,6 +247,13 @@ def without_rows(observations, is_out):
     return replace(observations, standard_error=error)
 
 
+def without_given(observations, is_aside):
+    """Observations of which some given points count for nothing."""
+    factors = np.where(is_aside, OUT**2, 1.0)[:, None, None]
+    covariance = observations.control_covariance * factors
+    return replace(observations, control_covariance=covariance)
+
+
 def norms_of(name):
     """Names of the norms that are used one after the other."""
     return ("huber", "tukey") if name == "tukey" else (name,)
@@ -258,14 +270,22 @@ def downweight(block, given, norm_name) -> CleanedBlock:
     # what was taken out comes back, with little weight
     n_back = block.solution.residuals.shape[1] * np.count_nonzero(block.is_out)
     solution = replace(block.solution, redundancy=block.solution.redundancy + n_back)
+    is_beyond = block.is_out & (_lengths(solution, given.standard_error) > BEYOND)
+    given_error = without_rows(given, is_beyond).standard_error
     for name in norms_of(norm_name):
-        solution = _weighted(solution, NORMS[name], given.standard_error)
+        solution = _weighted(solution, NORMS[name], given_error)
     if block.is_wrong.any():
         error = solution.observations.standard_error
         solution = solution.readjusted(replace(given, standard_error=error))
     norm = NORMS[norm_name][solution.residuals.shape[1]]
     solution = _consistent(solution, norm, block.is_out)
-    return CleanedBlock(solution, np.zeros_like(block.is_out), block.is_out)
+    return CleanedBlock(solution, is_beyond, block.is_out)
+
+
+def _lengths(solution, error):
+    """Lengths of the residuals over the errors of their coordinates, (n_rows,)."""
+    scaled = solution.residuals / error.reshape(len(solution.residuals), -1)
+    return np.sqrt((scaled**2).sum(axis=1))
 
 
 def _consistent(solution, norm, is_gross):
@@ -293,8 +313,7 @@ def _weighted(solution, norms, given_error):
     share = solution.redundancy / (d * n_rows)  # without what is set aside
     factors = np.ones(n_rows)
     for _ in range(MOST_ITERATIONS):
-        error = given_error.reshape(n_rows, -1)
-        length = np.sqrt(((solution.residuals / error) ** 2).sum(axis=1))
+        length = _lengths(solution, given_error)
         scale = np.median(length) / np.sqrt(chdtri(d, 0.5) * share)
         if not scale > 0.0:
             break
