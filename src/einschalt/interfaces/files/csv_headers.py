@@ -33,6 +33,7 @@ BEFORE_NAMES = re.compile(r"^\s*(format|columns|spalten)\s*:", re.IGNORECASE)
 BLANK = " "
 BLANKS = re.compile(rb"[ \t]+")
 MOST_COLUMNS = 1000
+FEWEST_VALUES = 2  # of a line that has values in place of names
 
 
 @dataclass(frozen=True)
@@ -247,7 +248,8 @@ def _refuse_header(names, line, separator, where):
         )
     if len(names) == 1 and len(line.split()) > 1:
         found = f"the header is {shortened(line.strip(), 80)!r}"
-        if any(map(is_measure, line.split()[1:])):
+        # a title may have one, such as a year
+        if sum(map(is_measure, line.split()[1:])) >= FEWEST_VALUES:
             raise FileError(
                 found,
                 expected="names of columns, and no values",
