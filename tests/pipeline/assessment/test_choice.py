@@ -40,6 +40,8 @@ def way(
     keeps_wrong_control=False,
     knows_wrong_control=False,
     n_new=100,
+    mean_total=0.05,
+    check=(),
 ):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
     models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
@@ -52,7 +54,13 @@ def way(
     parts["keeps_wrong_control"] = keeps_wrong_control
     parts["knows_wrong_control"] = knows_wrong_control
     parts["left_out_control"] = None
-    parts["figures"] = SimpleNamespace(n_new=n_new)
+    parts["figures"] = SimpleNamespace(n_new=n_new, mean_total=mean_total)
+    stated = pd.DataFrame({"standard_error_m": [0.03]})
+    parts["block"] = SimpleNamespace(control_points=stated)
+    points = {"point_id": [f"k{k}" for k in range(len(check))], "role": "check"}
+    differences = {"difference_easting": check, "difference_northing": 0.0}
+    parts["points"] = pd.DataFrame({**points, **differences})
+    parts |= {"lone_points": (), "shares_control_errors": False}
     return SimpleNamespace(credible=figure, **parts)
 
 
@@ -142,6 +150,40 @@ def way(
             ChoiceReason.WRONG_CONTROL,
         ),
         (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
+        (way(0.05), way(np.nan), "two_step", ChoiceReason.ONLY_FIGURE),
+        # whose figure is the budget, which lacks the same error
+        (way(0.05, mean_total=np.nan), way(np.nan), "two_step", "no_figure"),
+        (
+            way(0.05, left_out=0.06),
+            way(np.nan, left_out=0.04),
+            "simultaneous",
+            ChoiceReason.KNOWN_POINTS,
+        ),
+        (
+            way(0.05, left_out=0.04),
+            way(np.nan, left_out=0.06),
+            "two_step",
+            ChoiceReason.KNOWN_POINTS,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(np.nan, left_out=0.05),
+            "two_step",
+            ChoiceReason.ONLY_FIGURE,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(np.nan, left_out=0.04, keeps_wrong_control=True),
+            "two_step",
+            ChoiceReason.ONLY_FIGURE,
+        ),
+        (
+            way(0.05, check=[0.06] * 8),
+            way(np.nan, check=[-0.04] * 8),
+            "simultaneous",
+            ChoiceReason.KNOWN_POINTS,
+        ),
+        (way(0.05, n_new=89), way(np.nan), "simultaneous", "more_points"),
         (way(np.nan), way(np.nan), "two_step", ChoiceReason.NO_FIGURE),
     ],
 )
@@ -159,6 +201,25 @@ def test_a_sound_block_is_adjusted_at_once(demo_block):
     assert result.assessment.to_dict()["choice"]["reason"] == "smaller"
     assert "Chosen: simultaneous adjustment" in result.summary()
     assert "method = auto" in result.summary()
+
+
+@pytest.mark.slow
+def test_unstated_errors_of_control_tell_nothing_for_two_steps(demo_block):
+    """What a block of control with stated errors would do is done without them."""
+    control = demo_block.control_points.drop(columns="standard_error_m")
+    block = replace(demo_block, control_points=control)
+    auto = densify(block, AUTO)
+    assert auto.choice.method == densify(demo_block, AUTO).choice.method
+    assert auto.choice.method == "simultaneous"
+    assert auto.choice.reason is ChoiceReason.KNOWN_POINTS
+    assert "known points that took no part" in " ".join(auto.summary().split())
+    told = densify(block, AUTO.updated({"method": "simultaneous"}))
+    assert told.assessment.better is None
+    assert "--method two_step" not in told.summary()
+    # whose figure lacks those errors, and says so
+    two_step = densify(block)
+    assert two_step.assessment.credible.is_lower_bound
+    assert "or worse" in two_step.summary().split("\n")[0]
 
 
 @pytest.mark.slow
@@ -201,6 +262,10 @@ def test_two_steps_are_named_where_they_are_known_to_be_better():
     assert beside(way(np.nan), way(np.nan)) is None
     assert beside(way(0.05), way(0.03)) is None
     assert beside(way(0.03), way(0.05), is_possible=False) is None
+    # nor are the two steps by what is not known of the adjustment
+    assert beside(way(0.05), way(np.nan)) is None
+    known = beside(way(0.05, left_out=0.04), way(np.nan, left_out=0.06))
+    assert known.reason is ChoiceReason.KNOWN_POINTS
 
 
 @pytest.mark.slow

@@ -179,8 +179,15 @@ CHOICE = Part(
                 "the measurements contradict the figures of both methods, so the "
                 "default is kept"
             ),
+            "known_points": (
+                "sizes of errors are not known, but known points that took no part, "
+                "or were left out, lie nearer to it"
+            ),
             "only_figure": "the other method has no figure",
-            "no_figure": "neither method has a figure",
+            "no_figure": (
+                "neither method has a figure, or both lack the same error, so the "
+                "default is kept"
+            ),
         },
     },
 )

@@ -7,6 +7,10 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.foundations.names import is_among
+from einschalt.pipeline.assessment.assumed_control import (
+    differences_without_part,
+    with_assumed_errors,
+)
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.densification.one_adjustment import (
@@ -48,8 +52,10 @@ class ChoiceReason(StrEnum):
     # nearer to it
     LEFT_OUT = "left_out"
     CONTRADICTED = "contradicted"  # measurements contradict both figures: the default
+    # no figure of both is known in full, but points that took no part lie nearer to it
+    KNOWN_POINTS = "known_points"
     ONLY_FIGURE = "only_figure"  # the other one has no figure at all
-    NO_FIGURE = "no_figure"  # neither has
+    NO_FIGURE = "no_figure"  # neither has, or both lack the same error
 
 
 @dataclass(frozen=True)
@@ -128,8 +134,7 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     value = {name: found.credible.value for name, found in both.items()}
     known = [name for name in both if np.isfinite(value[name])]
     if len(known) < len(both):
-        reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
-        return (known or [TWO_STEP])[0], reason
+        return _without_both_figures(both, known)
     # in blocks of one flight two steps test no control point by the others
     is_blind = two_step.left_out_control is None and simultaneous.knows_wrong_control
     # where control takes no part, two steps are compared with it
@@ -158,6 +163,26 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     return smaller, ChoiceReason.SMALLER
 
 
+def _without_both_figures(both, known):
+    """The way that known points lie nearer to, where a figure is not known.
+
+    What is not known of one way is nothing that the other is better by. Where no point
+    tells, the way of the only figure, or the default where that lacks an error, too.
+    """
+    fuller = _way_of_more_points(both)
+    if fuller:
+        return fuller, ChoiceReason.MORE_POINTS
+    alike = dict(zip(both, with_assumed_errors(*both.values()), strict=True))
+    tables = {name: differences_without_part(way) for name, way in alike.items()}
+    nearer, ratio = _nearer(tables)
+    if ratio <= MUCH_NEARER and not alike[SIMULTANEOUS].keeps_wrong_control:
+        return nearer, ChoiceReason.KNOWN_POINTS
+    if not known:
+        return TWO_STEP, ChoiceReason.NO_FIGURE
+    is_whole = known != [TWO_STEP] or np.isfinite(both[TWO_STEP].figures.mean_total)
+    return known[0], ChoiceReason.ONLY_FIGURE if is_whole else ChoiceReason.NO_FIGURE
+
+
 def _way_of_more_points(both):
     """Way beside which the other one leaves many points out; None if neither does."""
     n_new = {name: found.figures.n_new for name, found in both.items()}
@@ -169,6 +194,7 @@ def _way_of_more_points(both):
 UNDECIDED = (
     ChoiceReason.MORE_MODELS,
     ChoiceReason.CONTRADICTED,
+    ChoiceReason.ONLY_FIGURE,
     ChoiceReason.NO_FIGURE,
 )
 
@@ -254,7 +280,12 @@ def _nearer_to_left_out(both):
     """
     if both[SIMULTANEOUS].keeps_wrong_control:
         return TWO_STEP, np.inf
-    tables = {k: found.left_out_differences.dropna() for k, found in both.items()}
+    return _nearer({name: found.left_out_differences for name, found in both.items()})
+
+
+def _nearer(tables):
+    """Which way points that took no part lie nearer to, and the ratio of their RMS."""
+    tables = {name: table.dropna() for name, table in tables.items()}
     shared = tables[TWO_STEP].index.intersection(tables[SIMULTANEOUS].index)
     squares = {
         k: float(np.sum(table.loc[shared].to_numpy(dtype=float) ** 2))

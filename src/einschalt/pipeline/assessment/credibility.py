@@ -136,7 +136,8 @@ def _without_wrong_points(examined):
     if shown > value:
         value = shown
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
-    is_least = reason in LEAST or examined.has_untold_groups
+    is_incomplete = examined.has_untold_groups or examined.lacks_control_errors
+    is_least = reason in LEAST or is_incomplete
     column, doubt = examined.claimed_column, examined.frame.doubt
     is_enlarged = is_least or reason in (Reason.STATED, Reason.ASSUMED)
     return CredibleFigure(

@@ -302,6 +302,13 @@ class TwoStepExamination(Examination):
         return self.shares_control_errors
 
     @property
+    def lacks_control_errors(self):
+        """Whether control that the points follow has errors that no figure holds."""
+        control = self.block.control_points
+        is_followed = self.control_takes_part and control is not None
+        return is_followed and "standard_error_m" not in control
+
+    @property
     def claimed_column(self):
         """Standard error that is claimed for single points, a column of ``points``."""
         return claimed_column(self)

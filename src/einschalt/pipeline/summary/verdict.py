@@ -69,6 +69,19 @@ BETTER_BY_LEFT_OUT = mark_each(
         ),
     }
 )
+# whose figures lack an error, or are not known at all
+BETTER_BY_KNOWN = mark_each(
+    {
+        TWO_STEP: (
+            "known points without a part agree better with the two steps "
+            "(--method two_step)"
+        ),
+        SIMULTANEOUS: (
+            "known points without a part agree better with a simultaneous adjustment "
+            "(--method simultaneous)"
+        ),
+    }
+)
 BETTER_OF_POINTS = mark_each(
     {
         TWO_STEP: (
@@ -76,6 +89,15 @@ BETTER_OF_POINTS = mark_each(
         ),
         SIMULTANEOUS: (
             "a simultaneous adjustment gives {n:new point|new points}: {figure} "
+            "(--method simultaneous)"
+        ),
+    }
+)
+MORE_POINTS = mark_each(  # without a figure
+    {
+        TWO_STEP: "the two steps give {n:new point|new points} (--method two_step)",
+        SIMULTANEOUS: (
+            "a simultaneous adjustment gives {n:new point|new points} "
             "(--method simultaneous)"
         ),
     }
@@ -252,10 +274,12 @@ def _better(choice):
     """Say the figure of the other way where that is known to be the better one."""
     if choice is None:
         return ""
-    said = {"figure": length_or_worse(getattr(choice, choice.method))}
+    credible = getattr(choice, choice.method)
+    said = {"figure": length_or_worse(credible)}
     if choice.reason is ChoiceReason.MORE_POINTS:
         n_new = getattr(choice, f"n_{choice.method}")
-        return translated(BETTER_OF_POINTS[choice.method], n=n_new, **said)
+        words = BETTER_OF_POINTS if math.isfinite(credible.value) else MORE_POINTS
+        return translated(words[choice.method], n=n_new, **said)
     return translated(_why_better(choice), **said)
 
 
@@ -263,6 +287,8 @@ def _why_better(choice):
     """Sentence of the figure of the better way: it may be the larger one."""
     if choice.reason is ChoiceReason.LEFT_OUT:
         return BETTER_BY_LEFT_OUT[choice.method]
+    if choice.reason is ChoiceReason.KNOWN_POINTS:
+        return BETTER_BY_KNOWN[choice.method]
     other = SIMULTANEOUS if choice.method == TWO_STEP else TWO_STEP
     if getattr(choice, choice.method).value > getattr(choice, other).value:
         if choice.reason is ChoiceReason.SUPPORTED:

@@ -215,6 +215,10 @@ WHY = mark_each(
         ChoiceReason.CONTRADICTED: (
             "Chosen: {way}; the measurements contradict both figures."
         ),
+        ChoiceReason.KNOWN_POINTS: (
+            "Chosen: {way}; sizes of errors are not known, and known points that took "
+            "no part, or were left out, agree better with it."
+        ),
         ChoiceReason.ONLY_FIGURE: (
             "Chosen: {way}; the size of an error in the other method is not known."
         ),
