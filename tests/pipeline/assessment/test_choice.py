@@ -287,6 +287,38 @@ def test_one_adjustment_is_made_beside_two_steps_where_it_may_gain(
     assert not is_untried(replace(good_result, solution=solution).examination)
 
 
+def with_own_affinities(block, size):
+    """The block with another affinity in each model of both flights."""
+    random = np.random.default_rng(7)
+
+    def bent(rows):
+        xy = rows[["x", "y"]].to_numpy()
+        rows[["x", "y"]] = xy + (xy - xy.mean(axis=0)) @ random.normal(0, size, (2, 2))
+        return rows
+
+    flights = {}
+    for name, flight in block.flights.items():
+        parts = flight.model_points.groupby(["coverage", "model_id"], sort=False)
+        points = pd.concat([bent(rows.copy()) for _, rows in parts])
+        flights[name] = replace(flight, model_points=points, transformation="helmert")
+    return replace(block, **flights)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [8e-5, 2e-4])
+def test_own_deformations_do_not_keep_the_better_way_back(demo_block, size):
+    result = densify(with_own_affinities(demo_block, size))
+    assert result.solution.own_deformation is not None
+    assert is_untried(result.examination)
+    better = result.assessment.better
+    auto = densify(result.block, AUTO).choice
+    assert (better.method, better.reason) == (auto.method, auto.reason)
+    assert better.method == "simultaneous"
+    figure = length(better.simultaneous.value)
+    told = f"a simultaneous adjustment is better: {figure} (--method simultaneous)"
+    assert told in " ".join(result.summary().split())
+
+
 @pytest.fixture(scope="module")
 def thin_block():
     """Photographs onto six control points, of which few models show three."""

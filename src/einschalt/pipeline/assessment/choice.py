@@ -251,18 +251,19 @@ def is_untried(examined) -> bool:
     """Whether one adjustment of all models may gain, and nobody has asked for it.
 
     Where errors are as random and as large as given, it is the estimate of least
-    variance: so where nothing contradicts the figure of the two steps. And where
-    models have too few points of known coordinates: their neighbours tie them there.
+    variance: so where nothing contradicts the figure of the two steps. And where each
+    model is deformed for itself, which an adjustment models as errors that the points
+    of a model share, and two steps only propagate. And where models have too few points
+    of known coordinates: their neighbours tie them there.
     """
     settings = examined.settings
     if settings.method != TWO_STEP or _obstacle(examined.block, settings):
         return False
-    return _leaves_points_out(examined) or (
-        examined.claim.is_supported
-        and not examined.credible.is_lower_bound
-        and bool(np.isfinite(examined.figures.mean_total))
-        and examined.own_deformation is None
-    )
+    if not np.isfinite(examined.figures.mean_total):
+        return _leaves_points_out(examined)
+    is_supported = examined.claim.is_supported and not examined.credible.is_lower_bound
+    is_deformed = examined.own_deformation is not None
+    return bool(is_supported) or is_deformed or _leaves_points_out(examined)
 
 
 def _leaves_points_out(examined):
