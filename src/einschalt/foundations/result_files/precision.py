@@ -52,6 +52,13 @@ PRECISION = Part(
                 "if they are; simultaneous only"
             ),
         ),
+        "two_steps_keep_set_aside": (
+            "",
+            (
+                "whether the two steps hold control points that the adjustment set "
+                "aside; simultaneous only"
+            ),
+        ),
         "comparison": (
             "",
             (

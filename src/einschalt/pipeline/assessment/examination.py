@@ -447,17 +447,13 @@ class SimultaneousExamination(SuspectControl, Examination):
     @cached_property
     def height_claim(self):
         """Heights of the adjustment; without control where some was set aside."""
-        is_without = self._is_without_control
+        is_without = self.two_steps_keep_set_aside
         return examine_adjusted_heights(self, is_without_control=is_without)
 
     @cached_property
     def lone_height(self):
         """As of two steps; without control where some was set aside."""
-        return find_lone_height(self, is_without_control=self._is_without_control)
-
-    @property
-    def _is_without_control(self):
-        return self.two_step.is_possible and bool(self._disputed)
+        return find_lone_height(self, is_without_control=self.two_steps_keep_set_aside)
 
     @property
     def claimed_column(self):

@@ -36,6 +36,7 @@ from einschalt.pipeline.densification.two_steps import (
 )
 from einschalt.pipeline.progress import Stage
 from einschalt.stages.curved_earth import bend_flights
+from einschalt.stages.error_propagation.given_points import PLAN
 from einschalt.stages.error_propagation.shared_error import (
     shared_error_of,
     with_shared_columns,
@@ -44,6 +45,8 @@ from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.block_adjustment.gross_errors import NORMS
 
+# standard errors that an adjustment has from two steps
+OF_TWO_STEPS = ("standard_error_paper", "standard_error_internal")
 NOTHING_HELD = mark_each(
     {
         "high_flight": "the adjustment holds no model of the high flight.",
@@ -144,13 +147,22 @@ def _point_columns(block, flights, adjusted, two_step):
     if unknown_error(block, errors, adjusted.tables):
         points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
     place = points.columns.get_loc("n_models")
-    beside = _of_two_steps(points["point_id"], two_step)
-    for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
-        points.insert(place + k, name, beside[name].to_numpy())
+    for k, name in enumerate(OF_TWO_STEPS):
+        points.insert(place + k, name, np.nan)
     points["is_suspect"] = points["point_id"].isin(_suspects(adjusted))
-    for name in ("easting", "northing"):
-        points[f"two_step_{name}"] = beside[name].to_numpy()
-    return points
+    return with_two_steps(points, two_step)
+
+
+def with_two_steps(points, two_step):
+    """Adjusted points with the columns that two steps give, which may not be possible.
+
+    ``standard_error_paper``, ``standard_error_internal``, ``two_step_easting``,
+    ``two_step_northing``: NaN for points that two steps do not have.
+    """
+    beside = _of_two_steps(points["point_id"], two_step)
+    errors = {name: beside[name].to_numpy() for name in OF_TWO_STEPS}
+    places = {f"two_step_{name}": beside[name].to_numpy() for name in PLAN}
+    return points.assign(**errors, **places)
 
 
 def _suspects(adjusted):
@@ -159,7 +171,7 @@ def _suspects(adjusted):
 
 
 def _of_two_steps(point_id, two_step):
-    names = ["easting", "northing", "standard_error_paper", "standard_error_internal"]
+    names = [*PLAN, *OF_TWO_STEPS]
     if not two_step.is_possible:
         return pd.DataFrame(np.nan, index=point_id, columns=names)
     return two_step.points.set_index("point_id")[names].reindex(point_id)

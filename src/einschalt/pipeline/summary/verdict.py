@@ -397,7 +397,8 @@ def _how_good(facts: TwoStepPrecision, credible):
 def _(facts: SimultaneousPrecision, credible):
     if math.isnan(facts.total):
         return f" {translated('from the simultaneous adjustment')}"
-    other = facts.two_steps
+    # what control that was set aside does to the two steps is not in their figure
+    other = None if facts.two_steps_keep_set_aside else facts.two_steps
     said = {"figure": length_or_worse(credible), "stated": length(facts.total)}
     if credible.is_lower_bound:
         is_other = said["stated"] != length(credible.value)

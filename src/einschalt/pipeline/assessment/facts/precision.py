@@ -87,6 +87,8 @@ class SimultaneousPrecision:
     total: float  # propagated, TOTAL, RMS [m]
     two_steps: Figures | None  # None where the two steps are not possible
     impossible: str  # why they are not; empty where they are
+    # whether they hold control that the adjustment set aside, which spoils them
+    two_steps_keep_set_aside: bool
     comparison: Comparison | None  # None where no point was computed both ways
     has_high_flight: bool  # the two steps' approximate coordinates come from it
     n_new: int
@@ -160,12 +162,13 @@ def _heights(examined):
 def simultaneous_precision(examined) -> SimultaneousPrecision:
     """Collect the figures of one adjustment, and of the two steps beside it."""
     adjusted, figures = examined.adjustment, examined.figures
-    beside = examined.solution.two_step
+    beside = examined.two_step
     is_spatial = adjusted.tables.is_spatial
     return SimultaneousPrecision(
         total=figures.mean_total,
         two_steps=_mean_figures(beside.figures) if beside.is_possible else None,
-        impossible="" if beside.is_possible else beside.reason,
+        impossible="" if beside.is_possible else beside.solution.reason,
+        two_steps_keep_set_aside=examined.two_steps_keep_set_aside,
         comparison=_comparison(examined.points),
         has_high_flight=examined.block.high_flight is not None,
         n_new=figures.n_new,

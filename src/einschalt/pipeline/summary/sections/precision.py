@@ -165,6 +165,10 @@ TWO_STEPS_GIVEN = mark(
 APART = mark(
     "The two methods differ by {rms} (total, RMS), most at {worst}: {largest}."
 )
+KEEP_SET_ASIDE = mark(
+    "The two steps hold control points that the adjustment set aside: what these do to "
+    "their points is not in their figures."
+)
 IMPOSSIBLE = mark("The two steps are not possible in this block: {reason}")
 UNSTATED = mark("No standard errors are given: {reason}.")
 ESTIMATED = mark(
@@ -408,12 +412,13 @@ def _two_ways(facts):
     if facts.two_steps is None:
         reason = retold(" ".join(facts.impossible.split()))
         return (translated(IMPOSSIBLE, reason=reason),)
-    two_steps = translated(TWO_STEPS if facts.has_high_flight else TWO_STEPS_GIVEN)
+    told = (translated(TWO_STEPS if facts.has_high_flight else TWO_STEPS_GIVEN),)
+    if facts.two_steps_keep_set_aside:
+        told += (translated(KEEP_SET_ASIDE),)
     if (apart := facts.comparison) is None:
-        return (two_steps,)
+        return told
     sizes = {"rms": length(apart.rms), "largest": length(apart.largest)}
-    differ = translated(APART, worst=names([apart.worst]), **sizes)
-    return two_steps, differ
+    return (*told, translated(APART, worst=names([apart.worst]), **sizes))
 
 
 def ways(choice) -> Section:

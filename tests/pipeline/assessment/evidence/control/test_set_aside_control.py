@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from tests.photographs_onto_control import AXES, one_flight
 
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
+from einschalt.pipeline.assessment.evidence.ground import displaced_region
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -66,6 +68,47 @@ def test_the_two_steps_beside_it_are_those_without_that_control(seed):
     assert 0.8 < examined.credible.value / plan < 1.25
     assert not heights.is_lower_bound
     assert 0.8 < heights.value / height < 1.5
+
+
+def with_two_wrong(block):
+    """The block with two control points that are 60 cm off."""
+    errors = 0.6 * np.array([[0.3, 0.95, 0.0], [0.9, -0.4, 0.0]])
+    return with_errors(block, [2, 9], errors)
+
+
+def in_two_steps(result, block):
+    """What is told of the two steps, and their true error, TOTAL, RMS [m]."""
+    new = result.points[result.points["role"] == "new"].set_index("point_id")
+    places = new[["two_step_easting", "two_step_northing"]].to_numpy()
+    true = block.truth.set_index("point_id").loc[new.index, AXES[:2]].to_numpy()
+    told = result.assessment.precision.two_steps.total
+    return told, np.sqrt(np.mean(np.sum((places - true) ** 2, axis=1)))
+
+
+def test_what_is_told_of_two_steps_is_without_that_control():
+    """They held it: 6 to 11 cm are true where 4 to 5 were told."""
+    both = []
+    for seed in range(1, 6):
+        block = spatial(seed)
+        result = densify(with_two_wrong(block), SNOOP)
+        assert result.points["is_set_aside"].sum() == 2
+        assert not result.assessment.precision.two_steps_keep_set_aside
+        both.append(in_two_steps(result, block))
+        said = f"{length(both[-1][0])} in two steps"
+        assert said in " ".join(result.summary().split())
+    told, true = np.sqrt(np.mean(np.square(both), axis=0))
+    assert 0.8 < told / true < 1.25
+
+
+def test_two_steps_that_hold_that_control_are_not_told_beside_it(monkeypatch):
+    """Of a large block, which is not computed once more."""
+    monkeypatch.setattr(displaced_region, "MOST_TRIED", 100)
+    result = densify(with_two_wrong(spatial(1)), SNOOP)
+    precision = result.assessment.precision
+    assert precision.two_steps_keep_set_aside
+    summary = " ".join(result.summary().split())
+    assert "in two steps" not in summary
+    assert "two steps hold control points that the adjustment set aside" in summary
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -32,6 +32,7 @@ from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
+from einschalt.pipeline.densification.one_adjustment import with_two_steps
 from einschalt.stages.error_propagation.given_points import PLAN
 
 # that single errors lie as close to one direction, or to one line, as those found
@@ -230,6 +231,12 @@ class SuspectControl:
         """That of the two steps, unless control was set aside."""
         return NOTHING if self._disputed else self.two_step.moved_by_left_out
 
+    @cached_property
+    def points(self):
+        """Adjusted points, beside those of the two steps that hold the same control."""
+        points, again = self.solution.points, self._without_set_aside
+        return points if again is None else with_two_steps(points, again.solution)
+
     @property
     def held_control(self):
         """Control points without those that were set aside, rows of ``points``."""
@@ -307,6 +314,11 @@ class SuspectControl:
     def _disputed(self):
         """Names of control that was set aside, and that the two steps hold."""
         return frozenset() if self._without_set_aside else self._set_aside
+
+    @property
+    def two_steps_keep_set_aside(self):
+        """Whether the two steps beside it hold control that it set aside."""
+        return self.two_step.is_possible and bool(self._disputed)
 
     @property
     def _set_aside_off_by(self):
