@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.given_approximations import beside_control
 from tests.photographs_onto_control import one_flight
 
 from einschalt.foundations.errors import EinschaltError, GeometryError
@@ -270,17 +271,16 @@ def test_two_steps_are_named_where_they_are_known_to_be_better():
 
 @pytest.mark.slow
 def test_one_adjustment_is_made_beside_two_steps_where_it_may_gain(
-    good_result, faulty_result, given_approximations_result
+    good_result, faulty_result
 ):
     assert is_untried(good_result.examination)
     better = good_result.assessment.better
     auto = densify(good_result.block, AUTO).choice
     assert (better.method, better.reason) == (auto.method, auto.reason)
     assert better.simultaneous == auto.simultaneous
-    for result in (faulty_result, given_approximations_result):
-        assert not is_untried(result.examination)
-        assert adjustment_beside(result.examination) is None
-        assert "--method" not in result.summary()
+    assert not is_untried(faulty_result.examination)
+    assert adjustment_beside(faulty_result.examination) is None
+    assert "--method" not in faulty_result.summary()
     block = good_result.block
     rigid = replace(block.low_flight, transformation="rigid")
     solution = replace(good_result.solution, block=replace(block, low_flight=rigid))
@@ -317,6 +317,25 @@ def test_own_deformations_do_not_keep_the_better_way_back(demo_block, size):
     figure = length(better.simultaneous.value)
     told = f"a simultaneous adjustment is better: {figure} (--method simultaneous)"
     assert told in " ".join(result.summary().split())
+
+
+@pytest.mark.slow
+def test_control_beside_approximations_that_are_shifted_is_made_use_of(demo_block):
+    """Two steps told "28 cm or worse" of such a block, and no way out."""
+    block = beside_control(demo_block)
+    points = block.approximate_points.assign(
+        easting=lambda given: given["easting"] + 0.36
+    )
+    result = densify(replace(block, approximate_points=points))
+    better = result.assessment.better
+    assert result.assessment.credible.is_lower_bound
+    assert (better.method, better.reason) == ("simultaneous", ChoiceReason.SUPPORTED)
+    figure = length(better.simultaneous.value)
+    told = f"a simultaneous adjustment is better: {figure} (--method simultaneous)"
+    assert told in " ".join(result.summary().split())
+    unstated = block.control_points.drop(columns="standard_error_m")
+    held = densify(replace(block, control_points=unstated))
+    assert not is_untried(held.examination)
 
 
 @pytest.fixture(scope="module")

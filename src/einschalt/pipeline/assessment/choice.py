@@ -8,6 +8,7 @@ import numpy as np
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.assumed_control import (
+    STATED,
     differences_without_part,
     with_assumed_errors,
 )
@@ -253,14 +254,15 @@ def is_untried(examined) -> bool:
     Where errors are as random and as large as given, it is the estimate of least
     variance: so where nothing contradicts the figure of the two steps. And where each
     model is deformed for itself, which an adjustment models as errors that the points
-    of a model share, and two steps only propagate. And where models have too few points
-    of known coordinates: their neighbours tie them there.
+    of a model share, and two steps only propagate. And where it uses what these leave:
+    control beside given approximate points, or models with too few points of known
+    coordinates, whose neighbours tie them there.
     """
     settings = examined.settings
     if settings.method != TWO_STEP or _obstacle(examined.block, settings):
         return False
     if not np.isfinite(examined.figures.mean_total):
-        return _leaves_points_out(examined)
+        return _leaves_points_out(examined) or _leaves_control(examined)
     is_supported = examined.claim.is_supported and not examined.credible.is_lower_bound
     is_deformed = examined.own_deformation is not None
     return bool(is_supported) or is_deformed or _leaves_points_out(examined)
@@ -270,6 +272,14 @@ def _leaves_points_out(examined):
     """Whether many measured points of the low flight have no coordinates."""
     measured = examined.model_points["low_flight"]["point_id"].unique()
     return bool(is_among(measured, examined.points["point_id"]).mean() < NEARLY_ALL)
+
+
+def _leaves_control(examined):
+    """Whether control is given, with its errors, and has no part in the two steps."""
+    control = examined.block.control_points
+    if control is None or examined.control_takes_part or STATED not in control:
+        return False
+    return bool((control["role"] != "check").any())
 
 
 def _nearer_to_left_out(both):
