@@ -240,7 +240,8 @@ class SuspectControl:
     @property
     def held_control(self):
         """Control points without those that were set aside, rows of ``points``."""
-        control = self.points[self.points["role"] == "control"]
+        points = self.solution.points
+        control = points[points["role"] == "control"]
         return control[~control["point_id"].isin(self._set_aside)]
 
     @cached_property
