@@ -22,7 +22,6 @@ from einschalt.pipeline.assessment.evidence.leave_one_out import LeftOutControl
 from einschalt.pipeline.assessment.evidence.systematic_errors import SystematicPatterns
 from einschalt.pipeline.assessment.evidence.variance_components import BlockComponents
 from einschalt.pipeline.assessment.examination import Examination, examine
-from einschalt.pipeline.assessment.tolerance import judged_points
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.block.output_system import OutputSystem, output_system_of
 from einschalt.pipeline.densification.figures import BlockFigures
@@ -175,7 +174,7 @@ class DensificationResult(Result):
         results by ``point_id``.
         """
         with one_blas_thread():  # they may be asked for before the assessment
-            found = judged_points(self.examination)
+            found = self.examination.judged
         return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property

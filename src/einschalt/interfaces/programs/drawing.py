@@ -26,10 +26,6 @@ LONG_NAMES = 0.9  # quantile of the lengths of names, and of distances to the ne
 FROM_NEAREST, LEAST_OF_EVEN = 1.5, 0.1
 # of that distance, within which points are one that is given twice
 NEXT_TO_NOTHING = 0.01
-ELLIPSES_AS_STATED = (
-    "the ellipses are those of the stated precision, which the measurements exceed; "
-    "the errors of the points are enlarged"
-)
 
 
 def write_dxf(handed, path):
@@ -44,10 +40,11 @@ def write_dxf(handed, path):
         document.header["$MEASUREMENT"] = 1
         space = document.modelspace()
         _add_points(document, space, handed)
-        notes = [_add_ellipses(document, space, handed)]
-        if notes[0] and handed.told_enlargement:
-            notes.append(ELLIPSES_AS_STATED)
-        notes.append(_add_residuals(document, space, handed))
+        notes = [
+            _add_ellipses(document, space, handed),
+            *handed.told_enlargement,
+            _add_residuals(document, space, handed),
+        ]
         _order_classes(document)
         document.saveas(path)
     return [note for note in notes if note]

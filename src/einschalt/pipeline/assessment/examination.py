@@ -99,6 +99,7 @@ from einschalt.pipeline.assessment.known_points import (
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
     checked_figure_of_two_steps,
+    judged_points,
 )
 from einschalt.pipeline.densification.iteration import assumed_after_iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
@@ -159,6 +160,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     known_heights = cached_property(known_heights)
     lone_height = cached_property(find_lone_height)
     displaced = cached_property(displacement_of)
+    judged = cached_property(judged_points)
 
     @cached_property
     def suspects(self):

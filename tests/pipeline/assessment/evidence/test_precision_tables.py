@@ -1,10 +1,13 @@
 """Sources of error, neighbours and ellipses of a result, against its covariances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.pipeline.assessment.evidence.precision_tables import _enlargement
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
@@ -194,6 +197,33 @@ def test_ellipses_of_one_adjustment(simultaneous_result):
         total = np.hypot(table["semi_major"], table["semi_minor"])
         expected = np.sqrt(squared) * points["standard_error_total"]
         np.testing.assert_allclose(total, expected, rtol=1e-5)
+
+
+def test_ellipses_are_enlarged_as_the_figure_to_believe(demo_block):
+    """Half of the m_g that made the block is stated: only s_0 shows it."""
+    half = demo_block.low_flight.m_g_um / 2.0
+    flight = replace(demo_block.low_flight, m_g_um=half)
+    block = replace(demo_block, low_flight=flight)
+    result = densify(block, Settings(method="simultaneous"))
+    points, table = result.points, result.confidence_ellipses(0.39346934)
+    assert result.assessment.credible.factor > 1.3
+    total = np.hypot(table["semi_major"], table["semi_minor"])
+    np.testing.assert_allclose(total, points["standard_error_checked"])
+    stated = points["standard_error_total"]
+    assert (total > 1.3 * stated).all()
+    axes = ["standard_error_easting", "standard_error_northing"]
+    np.testing.assert_allclose(np.hypot.reduce(points[axes].to_numpy().T), stated)
+
+
+def test_no_ellipse_is_made_smaller_or_unknown():
+    """By a figure that is smaller, or not known, or where nothing was propagated."""
+    points = pd.DataFrame(
+        {
+            "standard_error_checked": [0.02, 0.03, 0.01, np.nan, 0.5],
+            "standard_error_total": [0.02, 0.02, 0.02, 0.02, 0.0],
+        }
+    )
+    np.testing.assert_allclose(_enlargement(points), [1.0, 1.5, 1.0, 1.0, 1.0])
 
 
 def test_axes_of_an_ellipse_are_those_of_the_covariance(tilted_result):

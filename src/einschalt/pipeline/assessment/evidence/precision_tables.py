@@ -36,9 +36,10 @@ ELLIPSE_COLUMNS = ["semi_major", "semi_minor", "azimuth_gon", "confidence"]
 class PrecisionTables:
     """What follows from the propagated errors of a solution.
 
-    It has ``block``, ``settings``, ``points``, ``errors`` and ``left_out_control``;
-    where the errors could not be propagated (``errors`` is None), the tables have no
-    rows. Ellipses need only the covariance of each point, which its row has.
+    It has ``block``, ``settings``, ``points``, ``judged`` (these with the figure to
+    believe), ``errors`` and ``left_out_control``; where the errors could not be
+    propagated (``errors`` is None), the tables have no rows. Ellipses need only the
+    covariance of each point, which its row has.
     """
 
     @cached_property
@@ -188,7 +189,12 @@ class PrecisionTables:
         return self.confidence_ellipses()
 
     def confidence_ellipses(self, confidence=None):
-        """Confidence ellipses of all points.
+        """Confidence ellipses of all points, those to believe.
+
+        Each has the shape of the propagated covariance, and its axes are enlarged as
+        ``standard_error_checked`` of ``points`` is against ``standard_error_total``:
+        where measurements exceed the stated precision. Where the figure is a lower
+        bound, the ellipse is one as well. ``covariance_en`` is not enlarged.
 
         Parameters
         ----------
@@ -216,9 +222,12 @@ class PrecisionTables:
         covariance = _covariance_in_plan(self.points)
         if covariance is None:
             return _without_rows([*PLANE, *ELLIPSE_COLUMNS])
-        found = confidence_ellipses(covariance, level)
+        found, larger = (
+            confidence_ellipses(covariance, level),
+            _enlargement(self.judged),
+        )
         azimuth = found.azimuth / RADIANS_PER_GON
-        columns = (found.semi_major, found.semi_minor, azimuth, level)
+        columns = (larger * found.semi_major, larger * found.semi_minor, azimuth, level)
         table = columns_of(self.points, ["point_id", *PLANE])
         table = with_columns(table, **dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
         is_known = np.isfinite(covariance).all(axis=(1, 2))
@@ -240,6 +249,18 @@ def _covariance_in_plan(points):
     names = ["standard_error_easting", "standard_error_northing", "covariance_en"]
     east, north, both = values_of(points, names).T
     return np.stack([east**2, both, both, north**2], axis=1).reshape(-1, 2, 2)
+
+
+def _enlargement(points):
+    """How many times the propagated error that to believe is, at least 1, (n_points,).
+
+    1 where either is not known.
+    """
+    names = ["standard_error_checked", "standard_error_total"]
+    checked, total = values_of(points, names).T
+    is_known = np.isfinite(checked) & (total > 0.0)
+    ratio = np.divide(checked, total, out=np.ones(len(points)), where=is_known)
+    return np.maximum(ratio, 1.0)
 
 
 def _places(point_ids, pairs):
