@@ -9,21 +9,21 @@ from einschalt.pipeline.assessment.assess import _is_supported
 
 
 @pytest.mark.parametrize(
-    ("tests", "n_check", "is_refuted", "value", "expected"),
+    ("tests", "n_check", "refuted", "value", "expected"),
     [
-        ((), 0, False, 0.05, None),
-        ((), 3, False, 0.05, True),
-        (("residuals",), 0, False, 0.05, True),
-        ((), 0, True, 0.05, False),
+        ((), 0, "", 0.05, None),
+        ((), 3, "", 0.05, True),
+        (("residuals",), 0, "", 0.05, True),
+        ((), 0, "plan", 0.05, False),
+        (("residuals",), 0, "heights", 0.05, False),
         # no figure, no claim
-        (("residuals",), 3, False, math.nan, None),
+        (("residuals",), 3, "", math.nan, None),
     ],
 )
-def test_what_nothing_tests_is_not_supported(
-    tests, n_check, is_refuted, value, expected
-):
+def test_what_nothing_tests_is_not_supported(tests, n_check, refuted, value, expected):
     examined = SimpleNamespace(
-        credible=SimpleNamespace(is_lower_bound=is_refuted, value=value),
+        credible=SimpleNamespace(is_lower_bound=refuted == "plan", value=value),
+        credible_heights=SimpleNamespace(is_lower_bound=refuted == "heights"),
         claim=SimpleNamespace(tests=tests),
         known_check=SimpleNamespace(count=n_check),
     )

@@ -166,7 +166,9 @@ def assess(result) -> Assessment:
 
 
 def _is_supported(examined, *, is_grave):
-    if examined.credible.is_lower_bound or is_grave:
+    heights = examined.credible_heights
+    is_bound = heights is not None and heights.is_lower_bound
+    if examined.credible.is_lower_bound or is_bound or is_grave:
         return False
     if not np.isfinite(examined.credible.value):  # there is no claim
         return None

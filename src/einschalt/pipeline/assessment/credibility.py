@@ -19,6 +19,7 @@ from einschalt.pipeline.assessment.evidence.claim import (
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     LEAST_ENLARGEMENT,
+    control_contradicts,
     where_it_matters,
 )
 from einschalt.pipeline.assessment.evidence.control.larger_errors import (
@@ -129,11 +130,12 @@ def _without_wrong_points(examined):
     else:
         value, reason = _where_contradicted(examined)
     least = paper if np.isnan(total) else total
-    moved = _moved(examined, least, is_refuted=not claim.is_supported)
+    is_refuted = control_contradicts(examined)
+    moved = _moved(examined, least, is_refuted=is_refuted or not claim.is_supported)
     copied = examined.copies.enlargement
     # tests and displacements see the same errors: the larger of the two
     shown = copied * max(value, np.hypot(least, moved))
-    if shown > value:
+    if shown > value or (is_refuted and np.isfinite(value)):
         value = shown
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_incomplete = examined.has_untold_groups or examined.lacks_control_errors
@@ -353,6 +355,7 @@ def _of_adjustment(examined):
         or (is_large_s_0(examined.adjustment) and s_0 > LARGEST_S_0)
         or examined.keeps_wrong_control
         or examined.is_deformed
+        or control_contradicts(examined)
         or bool(examined.frame.doubt)
     )
     if is_large_s_0(examined.adjustment, LEAST_ENLARGEMENT):

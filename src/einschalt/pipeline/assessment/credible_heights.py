@@ -7,6 +7,7 @@ import numpy as np
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT, RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.displacements import (
+    heights_contradict,
     where_it_matters,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
@@ -43,9 +44,10 @@ def credible_heights(examined) -> CredibleHeights | None:
         return _beside_wrong_names(examined.stated_height, right)
     total = _stated_or_assumed(examined)
     rejected, moved = examined.height_claim.rejected, examined.displaced.height
-    moved = where_it_matters(moved, total, is_refuted=bool(rejected))
+    is_refuted = bool(rejected) or heights_contradict(examined)
+    moved = where_it_matters(moved, total, is_refuted=is_refuted)
     off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
-    is_refuted = bool(rejected) or moved > 0.0 or off > 0.0
+    is_refuted = is_refuted or moved > 0.0 or off > 0.0
     shown = [moved, *(_excess_of(examined, test) for test in rejected)]
     # what turns models in plan tilts them as well
     if is_refuted or examined.credible.is_lower_bound:

@@ -14,11 +14,13 @@ import pandas as pd
 from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.control.suspects import (
     LARGE_SPREAD,
     suspects_by_chance,
 )
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 # of the claimed figure: what must come to it, so that chance in single points does
 # not make a claim fall (1.25 in all)
@@ -59,12 +61,38 @@ def largest(*found) -> Displacement:
     )
 
 
+def control_contradicts(examined) -> bool:
+    """Whether control is wrong together in plan, be it named or not.
+
+    A test of all patterns, or of strain, has shown that chance does not make it: that
+    refutes what is stated of control, however little it moves the new points. Of a
+    single point the test is one of many.
+    """
+    patterns, strain = examined.control_patterns, examined.strain
+    if strain is not None and strain.is_significant:
+        return True
+    if examined.network_step is not None:
+        return True
+    if patterns.plan is None:  # errors that are all larger explain it as well
+        return patterns.moved_plan > 0.0
+    return patterns.plan.kind is Kind.BEND
+
+
+def heights_contradict(examined) -> bool:
+    """Whether heights of control that take part are wrong, together or one of them."""
+    patterns = examined.control_patterns
+    is_known = examined.is_effect_known(patterns.height)
+    return not is_known and patterns.p_height <= SYSTEMATIC_SIGNIFICANCE
+
+
 def displacement_of(examined) -> Displacement:
     """What is wrong moves the new points by so much."""
     patterns, is_known = examined.control_patterns, examined.is_effect_known
+    step = examined.network_step  # which of an adjustment is that of the two steps
+    of_step = 0.0 if step is None or is_known(step) else step.moved
     # a step or a bend that is part of a strain moves points no further than it does
-    in_plan = 0.0 if examined.smooth_strain else patterns.moved_plan
-    in_plan = 0.0 if is_known(patterns.plan) else in_plan
+    in_plan = 0.0 if examined.smooth_strain else max(patterns.moved_plan, of_step)
+    in_plan = of_step if is_known(patterns.plan) else in_plan
     in_height = 0.0 if is_known(patterns.height) else patterns.moved_height
     return largest(
         examined.moved_by_left_out,
