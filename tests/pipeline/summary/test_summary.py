@@ -190,6 +190,7 @@ def test_every_cause_has_words(faulty_result):
             "exchanged_image_names",
             "measurements_given_twice",
             "lone_wrong_check_point",
+            "film_affinity",
             "models_upside_down",
             *OF_CONTROL,
         }

@@ -121,7 +121,14 @@ FACT_FLIGHTS = Part(
         ),
         "shear_error": ("rad", "standard error of shear"),
         "bias": ("m", "error in a model that the affinity causes, TOTAL, RMS"),
+        "axes": ("", "axes that x and y are"),
         "size": ("m", "displacement of the points by the curvature, TOTAL, RMS"),
+    },
+    values={
+        "axes": {
+            "machine": "as the model was measured",
+            "ground": "easting and northing, whichever way models were turned",
+        },
     },
 )
 

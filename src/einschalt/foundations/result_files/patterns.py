@@ -63,10 +63,17 @@ AFFINITY = Part(
         "shear_error": ("rad", "standard error of shear"),
         "p_value": ("", "p-value of the joint test of stretch and shear"),
         "is_absorbed": ("", "whether the transformation absorbs it, as affine does"),
+        "axes": ("", "axes that x and y are"),
         "bias": (
             "m",
             "error in a model that it causes if it is not absorbed, TOTAL, RMS",
         ),
+    },
+    values={
+        "axes": {
+            "machine": "as the model was measured",
+            "ground": "easting and northing, whichever way models were turned",
+        },
     },
 )
 

@@ -72,6 +72,7 @@ from einschalt.pipeline.assessment.facts.tolerance import (
     ToleranceFacts,
     tolerance_facts,
 )
+from einschalt.pipeline.assessment.film_as_cause import with_film_affinity
 from einschalt.pipeline.assessment.finding import Finding, Gravity
 from einschalt.pipeline.assessment.findings.catalogue import (
     SIMULTANEOUS,
@@ -195,6 +196,7 @@ def _with_gross_errors(examined, judges, findings):
     findings = with_wrong_height(examined, judges, findings)
     findings = with_points_put_off(examined, judges, findings)
     findings = with_broken_network(examined, judges, findings)
+    findings = with_film_affinity(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)
     findings = with_other_targets(examined, judges, findings)

@@ -25,7 +25,9 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 from einschalt.pipeline.assessment.evidence.control.larger_errors import (
     larger_control_errors,
 )
+from einschalt.pipeline.assessment.evidence.fits.film_affinity import FilmAxes
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
+from einschalt.stages.error_propagation.error_model import LOW
 from einschalt.stages.error_propagation.given_points import APPROXIMATE_POINTS
 from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.theory.adjustment.global_tests import ratio_limits
@@ -386,7 +388,12 @@ def _moved(examined, claimed, *, is_refuted):
     """What is wrong moves the new points by so much, TOTAL, RMS [m]; 0 without."""
     moved = examined.displaced.plan
     moved = where_it_matters(moved, claimed, is_refuted=is_refuted)
-    moved = max(moved, _moved_by_strain(examined), examined.moved_by_shown_heights)
+    moved = max(
+        moved,
+        _moved_by_strain(examined),
+        _moved_by_film(examined),
+        examined.moved_by_shown_heights,
+    )
     if is_refuted or moved > 0.0:  # the other way may be right
         moved = max(moved, examined.apart_from_two_steps.plan)
     return float(np.hypot(moved, examined.frame.could_be_off.plan))
@@ -400,6 +407,24 @@ def _moved_by_strain(examined):
     """
     strain = examined.strain
     return strain.size if strain is not None and strain.is_significant else 0.0
+
+
+def _moved_by_film(examined):
+    """What film leaves in models of the low flight of two steps, TOTAL, RMS [m].
+
+    Where it stands beside a strain of control, which refutes the claim as well. One
+    adjustment joins models across the block, so that it suffers less. 0 without.
+    """
+    if examined.two_step is not examined:
+        return 0.0
+    return max(
+        (
+            part.bias
+            for part in examined.patterns.affinities
+            if part.axes is FilmAxes.GROUND and part.flight == LOW
+        ),
+        default=0.0,
+    )
 
 
 def _reason(total, *, is_refuted, is_enlarged):

@@ -75,7 +75,7 @@ def with_kept_gross_errors(examined, judges, findings):
     block is large, or no finding is gone without them; but they are told where all that
     is found is weak geometry: nothing doubts the errors by which they are gross.
     """
-    may_follow = [found for found in findings if _may_follow(found)]
+    may_follow = [found for found in findings if can_follow(found)]
     snooped = _snooped(examined) if may_follow else None
     gross = None if snooped is None else _kept(examined, snooped.table)
     if gross is None:
@@ -139,11 +139,11 @@ def with_wrong_height(examined, judges, findings):
     may_follow = [
         found.code
         for found in findings
-        if _may_follow(found) and found.code != WRONG_HEIGHT
+        if can_follow(found) and found.code != WRONG_HEIGHT
     ]
     if cause is None or cause.explained_by or not may_follow:
         return findings
-    if not _is_small(examined.two_step):
+    if not is_small(examined.two_step):
         return findings
     again, explained = _without_control(examined, judges, may_follow, cause.names)
     if not explained:
@@ -162,7 +162,7 @@ def with_wrong_control(examined, judges, findings):
     may_follow = [
         found.code
         for found in findings
-        if _may_follow(found) and found.code not in OF_CONTROL
+        if can_follow(found) and found.code not in OF_CONTROL
     ]
     if not (causes and may_follow) or causes[0].explained_by:
         return findings
@@ -202,7 +202,7 @@ def with_other_targets(examined, judges, findings):
     may_follow = [
         found.code
         for found in findings
-        if _may_follow(found) and found.code != OTHER_TARGETS
+        if can_follow(found) and found.code != OTHER_TARGETS
     ]
     others = None
     if causes:
@@ -228,7 +228,7 @@ def with_points_put_off(examined, judges, findings):
     explained = tuple(
         found.code
         for found in findings
-        if _may_follow(found) and found.code not in {*PUT_OFF, *left}
+        if can_follow(found) and found.code not in {*PUT_OFF, *left}
     )
     beside = tuple(
         _rejected_elsewhere_too(found, left[CLAIM])
@@ -249,7 +249,7 @@ def with_broken_network(examined, judges, findings):
     step = examined.network_step
     if cause is None or cause.explained_by or step is None:
         return findings
-    if step.p_value > FINDING_SIGNIFICANCE or not _is_small(examined.two_step):
+    if step.p_value > FINDING_SIGNIFICANCE or not is_small(examined.two_step):
         return findings
     try:
         region = region_of_step(examined.two_step, step)
@@ -263,7 +263,7 @@ def with_broken_network(examined, judges, findings):
     explained = tuple(
         found.code
         for found in findings
-        if _may_follow(found) and found.code not in {BROKEN, *remaining}
+        if can_follow(found) and found.code not in {BROKEN, *remaining}
     )
     return with_consequences(cause, findings, explained)
 
@@ -301,7 +301,7 @@ def _without_points(examined, targets):
     measurements.
     """
     block, flights = examined.block, dict(examined.all_in_two_steps.solution.flights)
-    if not _is_small(examined.all_in_two_steps):
+    if not is_small(examined.all_in_two_steps):
         return None
     for flight in (HIGH, LOW):
         names = [each.point_id for each in targets if (each.flight or LOW) == flight]
@@ -336,7 +336,7 @@ def _wrong_control(examined):
     far off bends the models around it, and is in no pattern then.
     """
     two_step = examined.two_step
-    if not _is_small(two_step):
+    if not is_small(two_step):
         return []
     found = [examined.wrong_control] if examined.wrong_control else []
     left_out = two_step.control_left_out
@@ -347,12 +347,13 @@ def _wrong_control(examined):
     return found
 
 
-def _may_follow(found):
+def can_follow(found):
+    """Whether a finding may be what another one makes."""
     is_free = not (found.explained_by or found.facts.get("explains"))
     return is_free and found.code not in NO_CONSEQUENCES
 
 
-def _is_small(two_step):
+def is_small(two_step):
     """Whether a block is so small that it is computed once more."""
     return two_step.is_possible and two_step.is_small
 
@@ -360,7 +361,7 @@ def _is_small(two_step):
 def _snooped(examined):
     """What data snooping would take out of a small block that keeps everything."""
     two_step = examined.all_in_two_steps
-    if examined.settings.outliers != "keep" or not _is_small(two_step):
+    if examined.settings.outliers != "keep" or not is_small(two_step):
         return None
     flights = two_step.solution.flights
     return find_gross_measurements(examined.block, flights, _snooping(examined))

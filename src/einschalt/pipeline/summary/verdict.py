@@ -115,6 +115,7 @@ CAUSES = mark_each(
         "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",
         "strained_network": "check the control network for strain first",
+        "film_affinity": "make models affine first",
         "models_in_another_unit": "convert the models in another unit first",
         "measurements_given_twice": "remove the measurements given twice first",
         **dict.fromkeys(
@@ -330,12 +331,21 @@ def _first(assessment):
 def _alone(findings):
     """What makes the bound by itself, though no other finding follows from it.
 
-    A strain of control where nothing else was shown to: no computation is without it.
+    A strain of control, or film that stands beside one, where nothing else was shown
+    to: no computation is without it.
     """
     proven = (f.code for f in findings if "explains" in f.facts)
-    strained = (f.code for f in findings if f.code == STRAINED and not f.explained_by)
+    strained = (f.code for f in findings if _may_strain(f) and not f.explained_by)
     shown = next((code for code in proven if code in MAKES_THE_BOUND), "")
     return shown or next(strained, "")
+
+
+def _may_strain(found):
+    """Whether control is strained, or film is such that it looks so."""
+    is_film = found.code == "film_affinity"
+    return found.code == STRAINED or (
+        is_film and any(part["axes"] == "ground" for part in found.facts["flights"])
+    )
 
 
 def _where_control_is_off(facts):

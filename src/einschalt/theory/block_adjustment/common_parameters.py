@@ -112,6 +112,28 @@ def polynomials_on_ground(xy, model, ground, size):
     return (size / np.median(np.abs(turn)) * turn)[model, None] * powers
 
 
+def affinity_on_ground(model, ground):
+    """What an affinity of all models along the axes of the ground does there.
+
+    As of film along the strips, whose models were turned in the machine. A complex
+    coefficient p + i q is that of S = [[p, q], [q, -p]].
+
+    Parameters
+    ----------
+    model : ndarray of int, shape (n,)
+        Model of each point; each number has rows.
+    ground : ndarray, shape (n, 2)
+        Easting, northing of each by the transformation of its model [m].
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        Easting + i northing of the displacement by the coefficient 1 [m].
+    """
+    place = ground @ COMPLEX
+    return np.conj(place - (sum_by_group(model, place) / np.bincount(model))[model])
+
+
 def _turn_of_models(position, model, ground):
     """Factor from a displacement in each model to one on the ground: complex.
 

@@ -91,6 +91,14 @@ class CommonTermsFound:
         """The terms as they are estimated, complex (n_common,)."""
         return self.covariance @ self.scores
 
+    def only(self, some):
+        """The same of some terms, (n_common,), the others being 0."""
+        return CommonTermsFound(
+            self.scores[some],
+            self.information[np.ix_(some, some)],
+            self.with_control[:, some],
+        )
+
     def square_of(self, some):
         """χ² of some of the coefficients, a slice: two degrees of freedom for each."""
         own = self.coefficients[some]
@@ -131,15 +139,15 @@ class ControlChecks:
     noise: float
     common: CommonTermsFound
 
-    def written_out(self, *, frees_terms=False):
+    def written_out(self, free=None):
         """Scores of control points, and the information that checks them.
 
         Without directions of which hardly anything is known.
 
         Parameters
         ----------
-        frees_terms : bool
-            Terms that models share may have any size.
+        free : CommonTermsFound, optional
+            Terms that models share which may have any size.
 
         Returns
         -------
@@ -152,8 +160,8 @@ class ControlChecks:
             The real part where transformations are complex.
         """
         scores, information = self.scores, self._information
-        if frees_terms:
-            scores, information = self.common.set_free(scores, information)
+        if free is not None:
+            scores, information = free.set_free(scores, information)
         return _checked(scores, information, self.noise)
 
     @cached_property

@@ -101,6 +101,58 @@ def test_film_does_not_pass_for_strain():
     assert network_strain(result) is None
 
 
+def turned(flight, seed):
+    """Models that were measured in a machine, each turned in its own way."""
+    points = flight.model_points
+    names = points["coverage"].astype(str) + points["model_id"].astype(str)
+    codes = pd.factorize(names)[0]
+    angle = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, codes.max() + 1)
+    z = points[["x", "y"]].to_numpy() @ [1.0, 1j] * np.exp(1j * angle)[codes]
+    return replace(flight, model_points=points.assign(x=z.real, y=z.imag))
+
+
+def turned_block(seed, **noise):
+    block = simulate_block("demo", seed=seed, noise=BlockNoise(**noise))
+    high, low = (
+        replace(turned(flight, seed + place), transformation="helmert")
+        for place, flight in enumerate((block.high_flight, block.low_flight))
+    )
+    return replace(block, high_flight=high, low_flight=low)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_film_along_the_strips_of_turned_models_is_no_strain(seed, method):
+    block = turned_block(seed, film_affinity=3e-4)
+    result = densify(block, Settings(method=method))
+    assert network_strain(result) is None
+    first = result.assessment.findings[0]
+    assert (first.code, first.remedy) == ("film_affinity", "set_affine")
+    of_flight = {part["flight"]: part for part in first.facts["flights"]}
+    low = of_flight["low_flight"]
+    assert low["axes"] == "ground"
+    assert abs(abs(low["stretch"]) - 3e-4) < 4.0 * low["stretch_error"]
+    assert "however they were turned" in " ".join(result.summary().split())
+    # which affine models take up
+    flights = {
+        name: replace(getattr(block, name), transformation="affine")
+        for name in ("high_flight", "low_flight")
+    }
+    mended = densify(replace(block, **flights), Settings(method=method))
+    assert film_affinity(mended.examination) is None
+    assert network_strain(mended) is None
+
+
+@pytest.mark.slow
+def test_a_wave_in_control_of_turned_models_is_no_film():
+    """What is left beside a stretch of all models tells the two apart."""
+    block = turned_block(1, network_strain=0.3)
+    result = densify(block)
+    assert all(part.axes == "machine" for part in result.patterns.affinities)
+    assert network_strain(result) is not None
+
+
 @pytest.mark.slow
 def test_strain_of_neukirchen_is_called_out():
     block = simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=0.1))

@@ -12,7 +12,11 @@ from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 def test_an_affinity_is_said_with_the_way_to_take_it_up():
     numbers = {"stretch": 3e-4, "stretch_error": 1e-5, "shear": -2e-5}
     numbers |= {"shear_error": 1e-5, "bias": 0.02}
-    flights = tuple({"flight": f"{f}_flight", **numbers} for f in ("high", "low"))
+    axes = {"high": "ground", "low": "machine"}
+    flights = tuple(
+        {"flight": f"{name}_flight", "axes": along, **numbers}
+        for name, along in axes.items()
+    )
     found = Finding(
         "film_affinity",
         Subject.FLIGHT,
@@ -21,6 +25,10 @@ def test_an_affinity_is_said_with_the_way_to_take_it_up():
     )
     said = suggestion_of(found)
     assert said.problem.startswith("Film or machine has an affinity: in the high flig")
+    assert (
+        "in the high flight models are longer to the east than to the north by 300 ± "
+        "10 ppm, with a shear of -20 ± 10 ppm, however they were turned in the machine"
+    ) in said.problem
     assert (
         "in the low flight x is longer than y by 300 ± 10 ppm, with a shear of -20 ± "
         "10 ppm; effect 2.0 cm (total, RMS)"

@@ -7,15 +7,20 @@ since the residuals of five control points in a model hardly show it.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import encode, encode_pairs, is_among
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
+from einschalt.pipeline.assessment.evidence.fits.film_affinity import (
+    FilmAffinity,
+    affinities_on_ground,
+    film_affinity,
+)
 from einschalt.pipeline.assessment.evidence.without_gross_errors import (
     gross_rows,
 )
@@ -26,6 +31,7 @@ from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.block_adjustment.common_parameters import (
+    affinity_on_ground,
     polynomials_on_ground,
 )
 from einschalt.theory.block_adjustment.control_information import (
@@ -34,38 +40,12 @@ from einschalt.theory.block_adjustment.control_information import (
     control_checks,
     with_shared_errors,
 )
-from einschalt.theory.transformation.affinity import (
-    affine_matrices,
-    affinity_derivatives,
-    model_affinities,
-)
 
 SURELY_NOT_SCALED = 0.05
 # beyond these the adjustment of everything takes longer than a look at a result should
 MOST_MODELS, MOST_CONTROL = 20_000, 1500
 KEY = ["coverage", "model_id", "point_id"]
-
-
-@dataclass(frozen=True)
-class FilmAffinity:
-    """Affinity that the models of a flight have in common."""
-
-    flight: str
-    # of the measured coordinates: by how much x is longer than y, and by how much the
-    # right angle between them is smaller [rad]
-    stretch: float
-    shear: float
-    # standard errors
-    stretch_error: float
-    shear_error: float
-    p_value: float  # joint test of both
-    is_absorbed: bool  # whether the transformation takes it up: affine does
-    bias: float  # TOTAL error that it makes in a model otherwise, root mean square [m]
-
-    @property
-    def is_significant(self) -> bool:
-        """Whether chance does not explain it."""
-        return bool(self.p_value < SYSTEMATIC_SIGNIFICANCE)
+N_CURVED = 7  # quadratic and cubic terms
 
 
 @dataclass(frozen=True)
@@ -175,7 +155,7 @@ def find_patterns(examined):
         if component.estimated > component.standard_error:
             errors[flight] = errors[flight] * component.estimated / component.given
     fits = {"high_flight": examined.high.transformation, "low_flight": examined.low}
-    affinities = (_affinity(flight, fits[flight], model, errors) for flight in fits)
+    affinities = (film_affinity(flight, fits[flight], model, errors) for flight in fits)
     found = tuple(part for part in affinities if part is not None)
     # what film does to models must not pass for a strain of the network
     affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
@@ -184,7 +164,8 @@ def find_patterns(examined):
     has_images = any(flight.has_images for flight in block.flights.values())
     is_bent = ORIENTATION in errors or has_images
     if not is_bent and not beyond_strain_test(examined):
-        strain, curvatures = _strain(examined, fits, errors, affine)
+        strain, curvatures, on_ground = _strain(examined, fits, errors, affine)
+        found = tuple(on_ground.get(part.flight, part) for part in found)
     return SystematicPatterns(found, strain, curvatures)
 
 
@@ -226,75 +207,11 @@ def beyond_strain_test(examined):
     return ""
 
 
-def _affinity(flight, transformation, model, errors):
-    """Weighted mean of the affinities of all models, with its standard error."""
-    points, moments = transformation.observed.points, transformation.fit.moments
-    matrix, _ = affine_matrices(moments)
-    each = model_affinities(matrix)
-    derivatives = affinity_derivatives(points, moments)
-    squares = np.sum(derivatives**2, axis=(1, 2))
-    is_usable = transformation.models["is_usable"].to_numpy() & np.isfinite(each[:, 0])
-    variance = np.bincount(points.model, squares, len(each))
-    is_usable &= variance > 0.0
-    # a gross error would pass for affinity
-    is_sound = is_usable & ~_has_suspects(transformation)
-    is_usable = is_sound if is_sound.any() else is_usable
-    if not is_usable.any():
-        return None
-    weight = np.where(is_usable, 1.0 / np.where(is_usable, variance, 1.0), 0.0)
-    weight /= weight.sum()
-    mean = weight[is_usable] @ each[is_usable]
-    rows = np.where(is_usable[points.model], weight[points.model], 0.0)
-    functional = rows[:, None, None] * np.nan_to_num(derivatives)
-    chains = model.chains_to_fits(flight, transformation.observed)
-    covariance = _covariance(functional, chains, errors)
-    test = mean @ np.linalg.solve(covariance, mean)
-    # film that is longer makes the way from model to ground shorter
-    stretch, shear = -2.0 * mean
-    return FilmAffinity(
-        flight,
-        *(float(stretch), float(shear)),
-        *(float(2.0 * np.sqrt(covariance[k, k])) for k in range(2)),
-        p_value=float(chdtrc(2, test)),
-        is_absorbed=transformation.kind == "affine",
-        bias=_bias(mean, matrix[is_usable], transformation.fit, is_usable),
-    )
-
-
-def _covariance(functional, chains, standard_errors):
-    """Covariance of sums over all that a flight was fitted with, (n_sums, n_sums)."""
-    rows = np.swapaxes(functional, 0, 1)
-    total = 0.0
-    for source, chain in chains.items():
-        carried = chain.of_functionals(rows)
-        carried = carried * chain.axes.each(standard_errors[source]).ravel()
-        total = total + np.real(carried @ carried.conj().T)
-    return total
-
-
-def _has_suspects(transformation):
-    models, residuals = transformation.models, transformation.residuals
-    is_suspect = residuals["is_suspect"].to_numpy(dtype=bool)
-    suspects = {name: residuals[name].array[is_suspect] for name in KEY[:2]}
-    return rows_among(models, suspects, KEY[:2])
-
-
-def _bias(mean, matrix, fit, is_usable):
-    """What a conformal transformation leaves of an affinity, RMS over models [m].
-
-    In a model with the second central moments v_x and v_y of its points, an elongation
-    δ of x against y leaves δ √(v_x v_y / (v_x + v_y)).
-    """
-    moments = fit.moments
-    spread = moments.model_model[is_usable] / moments.weight_sum[is_usable, None, None]
-    scale = np.abs(np.linalg.det(matrix))
-    polar = spread[:, 0, 0] + spread[:, 1, 1]
-    arm = np.linalg.det(spread) / polar * scale
-    return float(2.0 * np.hypot(*mean) * np.sqrt(np.mean(arm)))
-
-
 def _strain(examined, transformations, errors, affine):
-    """NetworkStrain or None, and the curvatures of flights that are likelier."""
+    """NetworkStrain or None, and what of models is likelier.
+
+    Curvatures of the flights, and affinities along the axes of the ground by flight.
+    """
     block, bent = examined.block, examined.own_deformation
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
@@ -307,7 +224,7 @@ def _strain(examined, transformations, errors, affine):
     names = encode(pd.concat([control["point_id"], held]))
     n_control = len(control)
     origin = values_of(control, ["easting", "northing"])[is_held].mean(axis=0)
-    flights, first = [], n_control
+    flights, films, first = [], {}, n_control
     for number, (name, transformation) in enumerate(transformations.items()):
         table = tables[name]
         codes = names.codes[first : first + len(table)]
@@ -317,6 +234,7 @@ def _strain(examined, transformations, errors, affine):
         displaced = values.displaced(bent, number)
         how = {"is_affine": name in affine, "may_be_curved": True}
         flights.append(values.about(origin, displaced, **how))
+        films[name] = transformation, values.of_affinity, name not in affine
     xy = values_of(control, ["easting", "northing"])[is_used] - origin
     given = ControlValues(
         names.codes[:n_control][is_used],
@@ -327,28 +245,47 @@ def _strain(examined, transformations, errors, affine):
     if examined.shares_control_errors:
         shared = _shared(examined.propagation.high.control, errors, is_used)
     checks, places = control_checks(flights, given), np.flatnonzero(is_used)
-    strain = _strain_of(_scores(checks, places, shared), control)
-    if strain is None or strain.likelihood_ratio >= checks.common.likelihood_ratio:
-        return strain, ()
+    scores_of = partial(_scores, checks, places, shared)
+    return _likelier(checks.common, scores_of, control, flights, films)
+
+
+def _likelier(common, scores_of, control, flights, films):
+    """What ``_strain`` gives, of scores of control, which models may share terms in."""
+    strain = _strain_of(scores_of(), control)
+    if strain is None:
+        return strain, (), {}
+    is_curved = np.concatenate(
+        [np.arange(flight.common.shape[1]) < N_CURVED for flight in flights]
+    )
+    curved, stretched = (common.only(some) for some in (is_curved, ~is_curved))
     # models that are curved alike make a block that is curved, and control with it
-    strain = _strain_of(_scores(checks, places, shared, frees_terms=True), control)
-    return strain, _curvatures(checks.common, flights, tuple(transformations))
+    if strain.likelihood_ratio < curved.likelihood_ratio:
+        strain = _strain_of(scores_of(curved), control)
+        return strain, _curvatures(curved, flights, tuple(films)), {}
+    # so do models that are longer one way, where no strain is left beside them
+    on_ground = affinities_on_ground(stretched, films) if strain.is_significant else {}
+    if on_ground:
+        left = _strain_of(scores_of(stretched), control)
+        if left is None or not left.is_significant:
+            return left, (), on_ground
+    return strain, (), {}
 
 
 def _curvatures(found, flights, names):
     """CommonCurvature of each flight."""
-    first, curvatures = 0, []
-    for values, name in zip(flights, names, strict=True):
-        own = slice(first, first := first + values.common.shape[1])
-        size = np.sqrt(np.mean(np.abs(values.common @ found.coefficients[own]) ** 2))
-        p_value = chdtrc(2 * values.common.shape[1], found.square_of(own))
+    curvatures = []
+    for number, (values, name) in enumerate(zip(flights, names, strict=True)):
+        own = slice(number * N_CURVED, (number + 1) * N_CURVED)
+        displaced = values.common[:, :N_CURVED] @ found.coefficients[own]
+        size = np.sqrt(np.mean(np.abs(displaced) ** 2))
+        p_value = chdtrc(2 * N_CURVED, found.square_of(own))
         curvatures.append(CommonCurvature(name, float(size), float(p_value)))
     return tuple(curvatures)
 
 
-def _scores(checks, places, shared, *, frees_terms=False):
+def _scores(checks, places, shared, free=None):
     """ControlScores of what is known of control, with what its errors ``shared``."""
-    scores, information = checks.written_out(frees_terms=frees_terms)
+    scores, information = checks.written_out(free)
     scores = np.column_stack([scores.real, scores.imag])
     if shared is not None:
         scores, information = with_shared_errors(scores, information, shared)
@@ -424,9 +361,24 @@ class FlightValues:
         value = (self.ground - origin) @ np.array([1.0, 1j])
         design = _design(self.xy, self.model, is_affine=is_affine)
         common = self.curved() if may_be_curved else np.zeros((len(value), 0))
+        if may_be_curved and not is_affine:
+            common = np.column_stack([common, self.of_affinity * self.stretched()])
         return ModelValues(
             design, self.model, self.point, value, self.weight, displaced, common
         )
+
+    @cached_property
+    def of_affinity(self):
+        """Affinity by which the edge of a model is off by one error of measuring."""
+        error = np.median(self.weight) ** -0.5
+        reach = np.zeros(self.model.max() + 1)
+        np.maximum.at(reach, self.model, np.abs(self.stretched()))
+        reach = float(np.median(reach))
+        return error / reach if reach > 0.0 else 0.0
+
+    def stretched(self):
+        """Displacements by an affinity of 1 that models share on the ground, (n,)."""
+        return affinity_on_ground(self.model, self.ground)
 
     def curved(self):
         """Displacements by polynomials that the models share, complex (n, n_terms).

@@ -75,6 +75,7 @@ def _affinity(part):
     numbers = ("stretch", "stretch_error", "shear", "shear_error", "bias")
     return {
         "flight": part.flight,
+        "axes": str(part.axes),
         **{name: float(getattr(part, name)) for name in numbers},
     }
 

@@ -56,8 +56,11 @@ def _affinity(found):
         verdict = translated("significant, adds {length}", length=length(found.bias))
     stretch = ppm(found.stretch, found.stretch_error)
     shear = ppm(found.shear, found.shear_error)
+    name = translated("{flight}, x against y", flight=flight)
+    if found.axes == "ground":
+        name = translated("{flight}, east against north", flight=flight)
     return (
-        (translated("{flight}, x against y", flight=flight), stretch, verdict),
+        (name, stretch, verdict),
         (translated("{flight}, shear", flight=flight), shear, ""),
     )
 

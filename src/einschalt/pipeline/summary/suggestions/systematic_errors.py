@@ -170,6 +170,11 @@ AFFINITY = mark(
     "in the {flight} x is longer than y by {stretch}, with a shear of {shear}; effect "
     "{bias} (total, RMS)"
 )
+AFFINITY_ON_GROUND = mark(
+    "in the {flight} models are longer to the east than to the north by {stretch}, "
+    "with a shear of {shear}, however they were turned in the machine; effect {bias} "
+    "(total, RMS)"
+)
 
 
 CURVED = mark("in the {flight} by {size} (total, RMS)")
@@ -195,7 +200,7 @@ def film_affinity(finding):
     parts = finding.facts["flights"]
     affinities = "; ".join(
         translated(
-            AFFINITY,
+            AFFINITY_ON_GROUND if part["axes"] == "ground" else AFFINITY,
             flight=flight_name(part["flight"]),
             stretch=ppm(part["stretch"], part["stretch_error"]),
             shear=ppm(part["shear"], part["shear_error"]),
@@ -207,6 +212,7 @@ def film_affinity(finding):
     return Suggestion(
         translated("Film or machine has an affinity: {flights}", flights=affinities),
         translated('Set transformation = "affine" in {flights}', flights=flights),
+        details=explained(finding.facts.get("explains", ())),
     )
 
 
