@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from einschalt.pipeline.assessment.causes import (
+from einschalt.pipeline.assessment.causes.ranked import (
     OF_BLOCK,
     OF_FLIGHT,
     OF_POINTS,

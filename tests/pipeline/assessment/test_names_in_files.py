@@ -32,8 +32,9 @@ from einschalt.interfaces import provenance
 from einschalt.interfaces.cli.setting_meanings import VALUES
 from einschalt.interfaces.files import camera_toml, output_folder, written_files
 from einschalt.interfaces.files.result_folder import write_result
-from einschalt.pipeline.assessment import causes, findings, kept_gross_errors
+from einschalt.pipeline.assessment import findings
 from einschalt.pipeline.assessment.assess import Assessment
+from einschalt.pipeline.assessment.causes import kept_gross_errors, ranked
 from einschalt.pipeline.assessment.evidence import claim
 from einschalt.pipeline.assessment.evidence.control import other_targets
 from einschalt.pipeline.assessment.evidence.exchanged_names import ExchangedNames
@@ -233,7 +234,7 @@ NO_FACTS = {field.name for field in fields(Finding)} - {"observed", "remedy"}
 NO_FACTS |= {"keep", "snoop", "outliers", "control_points", "check"}
 SOURCES_OF_FACTS = (
     *sorted(Path(findings.__file__).parent.glob("*.py")),
-    *(Path(module.__file__) for module in (causes, kept_gross_errors)),
+    *(Path(module.__file__) for module in (ranked, kept_gross_errors)),
 )
 
 

@@ -8,9 +8,9 @@ from tests.changed_results import changed
 
 from einschalt.foundations.language import written_in
 from einschalt.foundations.typesetting import length
+from einschalt.pipeline.assessment.causes.kept_gross_errors import OF_CONTROL
 from einschalt.pipeline.assessment.choice import ChoiceReason, MethodChoice
 from einschalt.pipeline.assessment.facts.precision_of_points import SpreadFacts
-from einschalt.pipeline.assessment.kept_gross_errors import OF_CONTROL
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.sections.precision import caution

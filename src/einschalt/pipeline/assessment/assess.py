@@ -6,7 +6,17 @@ from functools import singledispatch
 import numpy as np
 
 from einschalt.foundations.language import in_english
-from einschalt.pipeline.assessment.causes import (
+from einschalt.pipeline.assessment.causes.film_affinity import with_film_affinity
+from einschalt.pipeline.assessment.causes.kept_gross_errors import (
+    with_broken_network,
+    with_kept_gross_errors,
+    with_other_targets,
+    with_points_put_off,
+    with_wrong_control,
+    with_wrong_height,
+    with_wrong_names,
+)
+from einschalt.pipeline.assessment.causes.ranked import (
     ranked_causes,
     with_causes,
     with_shared_errors,
@@ -72,21 +82,11 @@ from einschalt.pipeline.assessment.facts.tolerance import (
     ToleranceFacts,
     tolerance_facts,
 )
-from einschalt.pipeline.assessment.film_as_cause import with_film_affinity
 from einschalt.pipeline.assessment.finding import Finding, Gravity
 from einschalt.pipeline.assessment.findings.catalogue import (
     SIMULTANEOUS,
     TWO_STEP,
     findings_of,
-)
-from einschalt.pipeline.assessment.kept_gross_errors import (
-    with_broken_network,
-    with_kept_gross_errors,
-    with_other_targets,
-    with_points_put_off,
-    with_wrong_control,
-    with_wrong_height,
-    with_wrong_names,
 )
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of

@@ -17,7 +17,7 @@ from scipy.special import chdtrc
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
-from einschalt.pipeline.assessment.causes import SHARED, with_consequences
+from einschalt.pipeline.assessment.causes.ranked import SHARED, with_consequences
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.evidence.ground.displaced_region import (

@@ -6,9 +6,9 @@ See docs/theory/systematic_patterns.md.
 from dataclasses import replace
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.pipeline.assessment.causes import with_consequences
+from einschalt.pipeline.assessment.causes.kept_gross_errors import can_follow, is_small
+from einschalt.pipeline.assessment.causes.ranked import with_consequences
 from einschalt.pipeline.assessment.findings.catalogue import findings_of
-from einschalt.pipeline.assessment.kept_gross_errors import can_follow, is_small
 
 FILM = "film_affinity"
 

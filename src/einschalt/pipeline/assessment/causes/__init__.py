@@ -1,0 +1,1 @@
+"""Causes: what explains other findings, and is told in their place."""
