@@ -8,6 +8,7 @@ import pytest
 from einschalt.foundations.errors import ConsistencyError
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 
 PLAN = ["easting", "northing"]
 FEET = 0.3048
@@ -145,3 +146,25 @@ def test_a_single_wrong_check_point_is_a_suspect(good_result):
     assert points.loc[wrong, "is_suspect"]
     assert not good_result.points.set_index("point_id").loc[wrong, "is_suspect"]
     assert points["is_suspect"].sum() == good_result.points["is_suspect"].sum() + 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("has_check_points", [True, False])
+def test_check_points_tell_which_of_control_off_alike_is_right(
+    demo_block, has_check_points
+):
+    """Three points 300 m off to the east: 65 m were told of points good to 5 cm."""
+    control = demo_block.control_points.copy()
+    rows = control.index[control["role"] != "check"][[2, 7, 12]]
+    control.loc[rows, "easting"] += 300.0
+    if not has_check_points:
+        control = control[control["role"] != "check"]
+    block = replace(demo_block, control_points=control)
+    result = densify(block, Settings(method="simultaneous", outliers="snoop"))
+    found, claimed = result.assessment.credible, result.figures.mean_total
+    assert result.control["is_set_aside"].sum() == 3
+    if has_check_points:
+        assert found.value < 1.5 * claimed
+    else:  # nothing tells which part of the network is right
+        assert found.is_lower_bound
+        assert found.value > 1.0

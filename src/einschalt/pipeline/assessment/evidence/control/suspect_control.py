@@ -15,6 +15,7 @@ from scipy.special import stdtr
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import rows_of_names
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
@@ -34,6 +35,11 @@ from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
 from einschalt.pipeline.densification.one_adjustment import with_two_steps
 from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.theory.adjustment.global_tests import ratio_limits
+from einschalt.theory.adjustment.significance import (
+    FINDING_SIGNIFICANCE,
+    MIN_REPORTED_RATIO,
+)
 
 # that single errors lie as close to one direction, or to one line, as those found
 SIGNIFICANCE = 0.1
@@ -45,6 +51,7 @@ MOST_SET_ASIDE = 0.4
 # another list, of which snooping takes out whatever hangs on least
 MOST_IN_HEIGHT, FEWEST_IN_HEIGHT = 0.25, 3
 FEWEST_CONFIRMING = 4  # check points
+STATED = "standard_error_m"
 STANDS_OUT = 2.0  # times the heights of control that is kept, RMS
 
 
@@ -68,6 +75,25 @@ def set_aside_may_be_right(examined) -> bool:
     return (in_plan and not is_confirmed) or (
         in_height and not _is_confirmed_in_height(examined)
     )
+
+
+def check_points_confirm(examined) -> bool:
+    """Tell whether check points agree in plan with an adjustment, each for itself.
+
+    By the errors of the adjusted points and of the given coordinates alone: whatever
+    two steps stand beside it.
+    """
+    points, given = examined.solution.points, examined.block.control_points
+    rows = points[points["role"] == "check"]
+    if len(rows) < FEWEST_CONFIRMING or STATED not in given:
+        return False
+    place = rows_of_names(rows["point_id"], given["point_id"])
+    own = given[STATED].to_numpy(dtype=float)[place]
+    expected = np.nanmean(rows["standard_error_total"] ** 2 + own**2)
+    differences = values_of(rows, ["difference_easting", "difference_northing"])
+    ratio = np.sqrt(np.nanmean((differences**2).sum(axis=1)) / expected)
+    limits = ratio_limits(2.0 * len(rows), FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
+    return bool(ratio <= limits[1])
 
 
 def _is_confirmed_in_height(examined):
@@ -302,7 +328,8 @@ class SuspectControl:
         None where none was, where it is alike, and may be right, and of large blocks.
         """
         beside = self._with_all_control
-        if not self._set_aside or are_set_aside_alike(self.adjustment.control):
+        is_alike = are_set_aside_alike(self.adjustment.control)
+        if not self._set_aside or (is_alike and not check_points_confirm(self)):
             return None
         if not (beside.is_possible and beside.is_small):
             return None
