@@ -162,7 +162,8 @@ def test_check_points_tell_which_of_control_off_alike_is_right(
     block = replace(demo_block, control_points=control)
     result = densify(block, Settings(method="simultaneous", outliers="snoop"))
     found, claimed = result.assessment.credible, result.figures.mean_total
-    assert result.control["is_set_aside"].sum() == 3
+    adjusted = result.examination.adjustment.control
+    assert adjusted["is_set_aside"].sum() == 3
     if has_check_points:
         assert found.value < 1.5 * claimed
     else:  # nothing tells which part of the network is right
