@@ -3,6 +3,8 @@
 import pytest
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.new_block.looked_at import files_below
 from einschalt.interfaces.programs.recognised import read_foreign
 
@@ -28,6 +30,15 @@ def point(place, mode=""):
     return f"<Point>{mode}<coordinates>\n\t{place}\n</coordinates></Point>"
 
 
+def data(**texts):
+    """ExtendedData of names and texts."""
+    pairs = (
+        f'<Data name="{name}"><value>{text}</value></Data>'
+        for name, text in texts.items()
+    )
+    return f"<ExtendedData>{''.join(pairs)}</ExtendedData>"
+
+
 def test_altitudes_on_the_ground_are_no_heights(read):
     """Google Earth writes 0 for every point that it lays onto the ground."""
     found = read(f"<name>1</name>{point('16.37,48.2,0')}")
@@ -42,20 +53,19 @@ def test_altitudes_on_the_ground_are_no_heights(read):
 
 
 def test_data_tell_heights_and_kinds_of_points(read):
-    data = '<ExtendedData><Data name="{}"><value>{}</value></Data></ExtendedData>'
     simple = (
         '<ExtendedData><SchemaData schemaUrl="#a"><SimpleData name="Höhe">512.25'
         '</SimpleData><SimpleData name="Punktart">Prüfpunkt</SimpleData></SchemaData>'
         "</ExtendedData>"
     )
     found = read(
-        f"<name>P1</name>{data.format('elevation', '411.5')}{point('16.5,48.25,7')}",
+        f"<name>P1</name>{data(elevation='411.5')}{point('16.5,48.25,7')}",
         f"<name>P2</name>{simple}{point('16.75,48.5,0', 'absolute')}",
     )
     table = found.tables["control_points"]
     assert table["height"].tolist() == [411.5, 512.25]
     assert table["role"].tolist() == ["control", "check"]
-    assert found.notes == ("a.kml: heights are those of its data, not its altitudes",)
+    assert found.notes[-1] == "a.kml: heights are those of its data, not its altitudes"
 
 
 def test_points_without_names_are_numbered_and_other_shapes_told(read):
@@ -66,9 +76,106 @@ def test_points_without_names_are_numbered_and_other_shapes_told(read):
     )
     assert found.tables["control_points"]["point_id"].tolist() == ["1", "7/8"]
     assert found.notes == (
-        "a.kml: 1 placemark without a single point left out",
+        "a.kml: 1 placemark without exactly one point left out",
         "a.kml: 1 point without a name, numbered",
     )
+
+
+GAUSS_KRUEGER = {"R": "4512345.1", "H": "5312345.2"}
+
+
+@pytest.mark.parametrize(
+    ("texts", "expected"),
+    [
+        (GAUSS_KRUEGER, {"point_id": "1"}),  # its H is a Hochwert
+        (
+            {"id": "5", "Punktnr": "7/8", **GAUSS_KRUEGER, "Hoehe": "512.3"},
+            {"point_id": "7/8", "height": 512.3},
+        ),
+        ({"id": "5", "Höhe [m]": "512.3"}, {"point_id": "5", "height": 512.3}),
+        ({"Pkt": "5", "Höhe": "411,5"}, {"point_id": "5", "height": 411.5}),
+        ({"Pkt": "5", "Höhe": "1.411,5"}, {"point_id": "5", "height": 1411.5}),
+    ],
+)
+def test_data_have_the_words_of_columns(read, texts, expected):
+    """The first of any meaning was taken: northings for heights, an id for a name."""
+    found = read(data(**texts) + point("16.5,48.25"))
+    place = {"longitude": 16.5, "latitude": 48.25}
+    table = found.tables["control_points"].to_dict("records")
+    assert table == [{**expected, **place}]
+
+
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        ([{"H": "5312345.2"}], "height 5312345.2 of point P0 is none"),
+        ([{"height": "411.5 m"}], "height '411.5 m' of point P0 is no number"),
+        ([{"height": "nan"}], "height 'nan' of point P0 is no number"),
+        ([{"height": "12.5"}, {"height": "13,5"}], "height '13,5' of point P1"),
+        ([{"height": "1,234"}], "is it 1.234 or 1234.*Write decimal points"),
+        ([{"Höhe [m]": "1"}, {"Höhe [mm]": "1"}], "of its data are in m, mm"),
+        ([{"role": "tie"}], "role 'tie' of point P0 is unknown"),
+        ([{"Art": "Passpunkt"}, {"Art": "Bolzen"}], "role 'Bolzen' of point P1"),
+        ([{"Höhe": "1", "Quota": "2"}], "could both be height.*Rename the one"),
+    ],
+)
+def test_data_that_are_not_understood_are_refused(read, texts, said):
+    """Heights gave way to altitudes in silence, and tie points became control."""
+    with pytest.raises(EinschaltError, match=rf"(?s){said}"):
+        read(
+            *(
+                f"<name>P{k}</name>{data(**one)}{point('16.5,48.25,0', 'absolute')}"
+                for k, one in enumerate(texts)
+            )
+        )
+
+
+def test_what_data_leave_open_is_told(read):
+    found = read(
+        f"<name>1</name>{data(height='411.5', Typ='Bolzen')}{point('16.5,48.25')}",
+        f"<name>2</name>{data(standard_error_m='0.05')}"
+        f"{point('16.5,48.5,400', 'absolute')}",
+    )
+    table = found.tables["control_points"]
+    assert table["height"].isna().tolist() == [False, True]
+    assert found.notes == (
+        "a.kml: heights are those of its data, not its altitudes",
+        "a.kml: without heights, since their data have none: 2",
+        "a.kml: kinds not understood, taken for control: Bolzen",
+        "a.kml: data of precision not used: standard_error_m",
+    )
+    # no altitude, no word on altitudes
+    found = read(f"<name>1</name>{data(height='411.5')}{point('16.5,48.25,0')}")
+    assert found.notes == ()
+
+
+def test_new_points_of_a_map_are_no_control(read):
+    """As our own results call them; they were points of a role that nothing knows."""
+    found = read(
+        f"<name>1</name>{data(role='new')}{point('16.5,48.25')}",
+        f"<name>2</name>{data(role='check', height='5.5')}{point('16.75,48.5')}",
+    )
+    assert found.tables["control_points"].to_dict("records") == [
+        {
+            "point_id": "2",
+            "longitude": 16.75,
+            "latitude": 48.5,
+            "height": 5.5,
+            "role": "check",
+        }
+    ]
+    assert "1 row of role new left out" in found.notes[0]
+
+
+def test_a_placemark_of_two_points_is_told(read):
+    two = f"<MultiGeometry>{point('1,2')}{point('1,3')}</MultiGeometry>"
+    found = read(f"<name>1</name>{two}", f"<name>2</name>{point('1,4')}")
+    assert found.tables["control_points"]["point_id"].tolist() == ["2"]
+    said = "a.kml: 1 placemark without exactly one point left out"
+    assert found.notes == (said,)
+    with written_in("de"):
+        told = "a.kml: 1 Ortsmarke ohne genau einen Punkt weggelassen"
+        assert retold(said) == told
 
 
 @pytest.mark.parametrize(
