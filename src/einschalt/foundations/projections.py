@@ -214,6 +214,20 @@ def axis_letters(crs):
     return meant if is_plane and set(meant) == {"X", "Y"} else None
 
 
+def is_northing_first(crs):
+    """Whether the northing or latitude is the first axis of a system.
+
+    At the poles both axes point to the same direction, and their names tell.
+
+    >>> is_northing_first("EPSG:31467"), is_northing_first("EPSG:3031")
+    (True, False)
+    """
+    first, second = read_source_crs(crs).axis_info[:2]
+    if first.direction == second.direction:
+        return first.abbrev.upper() == "N" or "north" in first.name.casefold()
+    return first.direction == "north"
+
+
 def label_of(crs):
     """Name and code of a system by any name of it; that itself where it is unknown.
 

@@ -121,6 +121,8 @@ def test_points_of_a_vrt_have_free_numbers_and_heights_of_their_own(tmp_path):
         ("EPSG:32633", "2,1", True),
         ("EPSG:4326", "2,1", False),
         ("EPSG:4326", "1,2", True),
+        ("EPSG:3031", "1,2", False),  # whose axes both point to the north
+        ("EPSG:3031", "2,1", True),
     ],
 )
 def test_gcps_have_their_axes_in_the_order_that_a_vrt_maps(
@@ -139,3 +141,57 @@ def test_gcps_have_their_axes_in_the_order_that_a_vrt_maps(
     (tmp_path / "a.vrt").write_text(text.replace(mapping, "x,1"))
     with pytest.raises(EinschaltError, match="dataAxisToSRSAxisMapping is 'x,1'"):
         read_foreign(tmp_path / "a.vrt")
+
+
+def gauss_krueger(axes=""):
+    """WKT 1 of EPSG:31467, whose axes PROJ takes for those of EPSG:5677 without any."""
+    return f"""PROJCS["DHDN / 3-degree Gauss-Kruger zone 3",GEOGCS["DHDN",
+    DATUM["Deutsches_Hauptdreiecksnetz",SPHEROID["Bessel 1841",6377397.155,
+    299.1528128]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],
+    PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],
+    PARAMETER["central_meridian",9],PARAMETER["scale_factor",1],
+    PARAMETER["false_easting",3500000],PARAMETER["false_northing",0],
+    UNIT["metre",1]{axes},AUTHORITY["EPSG","31467"]]"""
+
+
+AXES = ',AXIS["{}",{}],AXIS["{}",{}]'
+NORTHING_FIRST = AXES.format("Northing", "NORTH", "Easting", "EAST")
+EASTING_FIRST = AXES.format("Easting", "EAST", "Northing", "NORTH")
+
+
+@pytest.mark.parametrize(
+    ("axes", "mapping", "is_exchanged"),
+    [
+        ("", "2,1", False),  # the area tells
+        ("", "1,2", False),
+        (NORTHING_FIRST, "2,1", False),
+        (NORTHING_FIRST, "1,2", True),
+        (EASTING_FIRST, "1,2", False),
+        (EASTING_FIRST, "2,1", True),
+    ],
+)
+def test_axes_of_a_vrt_are_those_that_it_writes(tmp_path, axes, mapping, is_exchanged):
+    """They were those of the code that PROJ guesses, which has them exchanged."""
+    place = [5400000.0, 3500000.0] if is_exchanged else [3500000.0, 5400000.0]
+    system = gauss_krueger(axes).replace('"', "&quot;")
+    (tmp_path / "a.vrt").write_text(
+        f'<VRTDataset><GCPList Projection="{system}" '
+        f'dataAxisToSRSAxisMapping="{mapping}"><GCP Id="A" Pixel="1" Line="2" '
+        f'X="{place[0]}" Y="{place[1]}"/></GCPList></VRTDataset>'
+    )
+    found = read_foreign(tmp_path / "a.vrt")
+    table = found.tables["control_points"]
+    assert table.iloc[0, 1:3].tolist() == [3500000.0, 5400000.0]
+    assert found.notes == ()
+
+
+@pytest.mark.parametrize("system", ["EPSG:5513", "LOCAL_CS[&quot;a&quot;]"])
+def test_a_mapping_of_axes_that_is_not_used_is_told(tmp_path, system):
+    (tmp_path / "a.vrt").write_text(
+        f'<VRTDataset><GCPList Projection="{system}" dataAxisToSRSAxisMapping="2,1">'
+        '<GCP Pixel="1" Line="2" X="3" Y="4"/></GCPList></VRTDataset>'
+    )
+    found = read_foreign(tmp_path / "a.vrt")
+    said = "a.vrt: dataAxisToSRSAxisMapping not used, since the system is unknown"
+    assert found.notes == (said,)
+    assert found.tables["control_points"].iloc[0, 1:3].tolist() == [3.0, 4.0]

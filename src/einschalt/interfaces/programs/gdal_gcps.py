@@ -4,14 +4,20 @@ Pixels are counted from the upper left corner of the image, x to the right, y do
 """
 
 import io
+import re
 import warnings
 
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
-from einschalt.foundations.projections import code_on_earth, read_source_crs
+from einschalt.foundations.projections import (
+    code_on_earth,
+    is_northing_first,
+    read_source_crs,
+)
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml
 from einschalt.interfaces.programs.foreign import (
@@ -24,6 +30,7 @@ from einschalt.interfaces.programs.foreign import (
 
 VRT = "a VRT with a GCPList"
 MAPPING = "dataAxisToSRSAxisMapping"
+WITHOUT_AXES = re.compile(r"^\s*(PROJCS|GEOGCS|COMPD_CS)\[", re.IGNORECASE)
 TIFF = "a GeoTIFF with tie points"
 ARCGIS = "GeodataXform with SourceGCPs and TargetGCPs"
 QGIS = "mapX,mapY,sourceX,sourceY,enable and lines of five columns or more"
@@ -68,8 +75,8 @@ def read_vrt(file) -> Foreign:
     listed = next(each(root, "GCPList"), None)
     if listed is None:
         raise damaged(file.source, "has no GCPList", VRT)
-    crs = code_on_earth(listed.get("Projection"))
-    is_exchanged = _is_northing_first(listed, crs, file.source)
+    system = listed.get("Projection")
+    crs = code_on_earth(system)
     rows = []
     for one in each(listed, "GCP"):
         said = [one.get(name) for name in ("Pixel", "Line", "X", "Y")]
@@ -79,27 +86,37 @@ def read_vrt(file) -> Foreign:
         height = one.get("Z") or one.get("GCPZ") or "nan"
         if height != "nan" and not is_finite(height):
             raise damaged(file.source, f"a GCP has the height {height!r}", "a number")
-        x, y, *place = map(float, said)
-        place = place[::-1] if is_exchanged else place
-        rows.append((one.get("Id"), x, y, *place, float(height), "control"))
-    return _foreign(rows, crs, file.path.name, file.source, VRT)
+        rows.append((one.get("Id"), *map(float, said), float(height), "control"))
+    notes = []
+    if listed.get(MAPPING) and crs is None:
+        notes.append(f"{file.source}: {MAPPING} not used, since the system is unknown")
+    elif listed.get(MAPPING) and rows:
+        middle = np.median([row[3:5] for row in rows], axis=0)
+        if _is_northing_first(listed.get(MAPPING), system, middle, file.source):
+            rows = [(*row[:3], row[4], row[3], *row[5:]) for row in rows]
+    return _foreign(rows, crs, file.path.name, file.source, VRT, notes)
 
 
-def _is_northing_first(listed, crs, source):
+def _is_northing_first(mapping, system, middle, source):
     """Whether X of a GCP is the northing or latitude, as the mapping of axes says.
 
-    Without a mapping X is the easting or longitude, whatever the system says.
+    ``system`` as the file has it: its code may be one whose axes are exchanged.
+    ``middle`` of the points: WKT without axes leaves open whether they are those of its
+    code, and the area of the system tells. Without a mapping X is the easting or
+    longitude, whatever the system says.
     """
-    said = listed.get(MAPPING)
-    if said is None or crs is None:
-        return False
-    axes = read_source_crs(crs).axis_info
-    first = said.split(",")[0].strip()
-    if first not in {str(place + 1) for place in range(len(axes))}:
+    first = mapping.split(",")[0].strip()
+    if first not in ("1", "2"):
         raise damaged(
-            source, f"dataAxisToSRSAxisMapping is {said[:60]!r}", "1,2 or 2,1"
+            source, f"dataAxisToSRSAxisMapping is {mapping[:60]!r}", "1,2 or 2,1"
         )
-    return axes[int(first) - 1].direction == "north"
+    if WITHOUT_AXES.search(system) and "AXIS[" not in system.upper():
+        is_inside = [
+            in_extent(*one, code_on_earth(system)) for one in (middle, middle[::-1])
+        ]
+        if None not in is_inside and is_inside[0] != is_inside[1]:
+            return bool(is_inside[1])
+    return (first == "1") == is_northing_first(system)
 
 
 def read_arcgis(file) -> Foreign:
