@@ -80,3 +80,22 @@ def test_a_number_and_a_name_could_both_be_the_point(number):
     assert meant.translated["point_id"] == "Id"  # as DBAT has them
     meant = columns_meant(["Pt", *names], CONTROL_POINTS)
     assert meant.translated["point_id"] == "Pt"
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["Nr", "P", "E", "N", "H"], "Nr"),
+        (["P", "No", "E", "N"], "No"),
+        (["Name", "P", "E", "N"], "Name"),
+        (["P", "E", "N", "H"], "P"),
+    ],
+)
+def test_p_names_points_where_nothing_else_does(names, expected):
+    """A weight or a code beside Nr; such tables were refused."""
+    assert columns_meant(names, CONTROL_POINTS).translated["point_id"] == expected
+
+
+def test_a_number_beside_a_name_is_a_question_that_p_is_not_in():
+    with pytest.raises(TableError, match="'Nr' and 'Name' could both be point_id"):
+        columns_meant(["Nr", "Name", "P", "E", "N"], CONTROL_POINTS)

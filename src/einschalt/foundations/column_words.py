@@ -105,7 +105,9 @@ WORDS = {
         "it": "parallassey parallasseverticale",
     },
 }
-FIRST_NAME = WORDS["point_id"][""].split().index("name")  # before it are numbers
+WEAK_NAMES = WORDS["point_id"][""].split()
+FIRST_NAME = WEAK_NAMES.index("name")  # before it are numbers
+WEIGHT = WEAK_NAMES.index("p")  # a code as well; behind it is no name
 # a Y and an X on the ground: which of them points to the east depends on the country
 LETTERS = {
     "Y": "y ykoordinate koordinatey ykoord ycoord ycoordinate coordy coordonneey",
@@ -315,7 +317,7 @@ def _candidates(names, rest, schema, name):
     best = min((rank for _, _, rank in found), default=0)
     if not strong and name == "point_id" and 0 < best < FIRST_NAME:
         # a number and a name: which of them do the other tables have? An id tells
-        named = [one for one in found if one[2] >= FIRST_NAME]
+        named = [one for one in found if FIRST_NAME <= one[2] < WEIGHT]
         return [one for one in found if one[2] == best] + named
     return strong or [one for one in found if one[2] == best]
 
