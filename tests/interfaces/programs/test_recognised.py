@@ -617,6 +617,21 @@ def test_places_of_images_in_a_reference_are_no_control(tmp_path):
         read_foreign(tmp_path / "ref.txt")
 
 
+def test_images_without_places_in_a_reference_are_left_out_as_well(tmp_path):
+    """Cameras that have no reference; they were points without coordinates."""
+    head, images = "#Label,X/Easting,Y/Northing,Z/Altitude\n", "A.JPG,,,\nB.JPG,,,\n"
+    (tmp_path / "ref.txt").write_text(f"{head}{images}P1,4,5,6\n")
+    found = read_foreign(tmp_path / "ref.txt")
+    assert found.tables["control_points"]["point_id"].tolist() == ["P1"]
+    assert found.notes == ("ref.txt: places of 2 images left out: they are no points",)
+    (tmp_path / "ref.txt").write_text(f"{head}{images}")
+    with pytest.raises(EinschaltError, match="Export the markers, not the cameras"):
+        read_foreign(tmp_path / "ref.txt")
+    (tmp_path / "ref.txt").write_text(f"{head}{images}P1,,,\n")
+    with pytest.raises(EinschaltError, match="row 4: 'P1,,,' is no point"):
+        read_foreign(tmp_path / "ref.txt")
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
 @pytest.mark.parametrize("mark", ["#", "# ", ""])
 def test_a_reference_has_the_separator_that_was_chosen(tmp_path, separator, mark):

@@ -29,6 +29,7 @@ HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),E
 SYSTEM = "# CoordinateSystem: "
 # the sign between columns is chosen where the table is exported; X/ is of Metashape
 HEADER = re.compile(r"^(?:#\s*Label([,;\t ])X|Label([,;\t ])X/)", re.MULTILINE)
+ERROR_CELLS = ("error_x/y", "error_x", "error_y", "error_z")
 EXPECTED = "#Label,X/Easting,Y/Northing,Z/Altitude, then a line for each point"
 
 
@@ -72,7 +73,7 @@ def is_reference(head):
 
 def read_reference(file) -> Foreign:
     """Read a reference table, its columns by their names."""
-    crs, places, rows = None, None, []
+    crs, places, rows, images = None, None, [], []
     for line in lines_of(file, comments=("\0",), edges=" "):
         header = HEADER.match(line.text)
         if line.text.startswith(SYSTEM):
@@ -82,16 +83,22 @@ def read_reference(file) -> Foreign:
         elif not line.text.startswith("#"):
             if places is None:
                 raise damaged(file.source, "has no line #Label,…", EXPECTED, line.row)
-            rows.append(_row(line, places, file.source))
+            cells = _cells(line, places, file.source)
+            name = cells["label"]
+            # a camera without a place has no coordinates, and is no fault
+            if name.casefold().endswith(IMAGE_SUFFIXES):
+                images.append(name)
+            else:
+                rows.append(_row(cells, line, file.source))
+    told = _told_images(images, rows, file.source)
     if not rows:
         raise damaged(file.source, "holds no points", EXPECTED)
-    rows, images = _without_images(rows, file.source)
     is_geographic = _are_degrees(rows, places) if crs is None else _is_geographic(crs)
     plane = ("longitude", "latitude") if is_geographic else ("easting", "northing")
     columns = ["point_id", *plane, "height", "role", *ERRORS]
     table, notes = with_errors(pd.DataFrame(rows, columns=columns), file.source)
     table = table.dropna(axis=1, how="all")
-    return Foreign({"control_points": table}, crs, (*images, *notes))
+    return Foreign({"control_points": table}, crs, (*told, *notes))
 
 
 def _is_geographic(crs):
@@ -106,22 +113,19 @@ def _are_degrees(rows, places):
     return bool((xy[:, 0] <= 360.0).all() and (xy[:, 1] <= 90.0).all())
 
 
-def _without_images(rows, source):
-    """The rows of markers, and a note on those of cameras, which are no points."""
-    names = [row[0] for row in rows if row[0].casefold().endswith(IMAGE_SUFFIXES)]
+def _told_images(names, rows, source):
+    """Note on the rows of cameras, which are no points; refused without others."""
     if not names:
-        return rows, ()
-    if len(names) == len(rows):
+        return ()
+    if not rows:
         raise FileError(
             f"holds places of images, such as {shortened(names[0])!r}, and no points",
             expected="the reference of markers",
             remedy="Export the markers, not the cameras",
             file=source,
         )
-    images = set(names)
     said = kept("{n:image|images}", n=len(names))
-    note = f"{source}: places of {said} left out: they are no points"
-    return [row for row in rows if row[0] not in images], (note,)
+    return (f"{source}: places of {said} left out: they are no points",)
 
 
 def _places(line, separator, source):
@@ -147,7 +151,8 @@ def _places(line, separator, source):
     return found
 
 
-def _row(line, places, source):
+def _cells(line, places, source):
+    """What stands in a row, by the names of :func:`_places`."""
     cells = cells_of(line.text, source, line.row, places["separator"])
     if len(cells) < places["count"]:
         said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
@@ -158,12 +163,15 @@ def _row(line, places, source):
         is_there = place is not None and place < len(cells)
         return cells[place].strip() if is_there else ""
 
-    x, y, z = (cell(name) for name in "xyz")
+    return {name: cell(name) for name in ("label", *"xyz", "is_on", *ERROR_CELLS)}
+
+
+def _row(cells, line, source):
+    x, y, z = (cells[name] for name in "xyz")
     is_place = is_finite(x) and is_finite(y) and (not z or is_finite(z))
-    if not (cell("label") and is_place):
+    if not (cells["label"] and is_place):
         raise damaged(source, f"{line.text[:60]!r} is no point", EXPECTED, line.row)
     height = float(z) if z else np.nan
-    role = "control" if is_on(cell("is_on")) else "check"
-    plan = in_plan(*(accuracy(cell(f"error_{axis}")) for axis in ("x/y", "x", "y")))
-    upright = accuracy(cell("error_z"))
-    return cell("label"), float(x), float(y), height, role, plan, upright
+    role = "control" if is_on(cells["is_on"]) else "check"
+    *plan, upright = (accuracy(cells[name]) for name in ERROR_CELLS)
+    return cells["label"], float(x), float(y), height, role, in_plan(*plan), upright
