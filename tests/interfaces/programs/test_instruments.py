@@ -126,6 +126,34 @@ def test_a_second_point_of_a_line_is_a_point_of_its_own(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("is_later", [True, False])
+def test_a_point_with_and_without_its_height_is_one(tmp_path, is_later):
+    """It was two rows, of which the check said that one repeats the other."""
+    bare = OF_TARGET.replace("+00050000", "+000-----")
+    lines = [f"110001+000000P1 {one}\n" for one in (bare, OF_TARGET)]
+    elsewhere = f"110003+000000P1 {bare.replace('+001', '+007')}\n"
+    text = "".join(lines[:: 1 if is_later else -1])
+    table = read(tmp_path, "a.gsi", text).tables["control_points"]
+    assert table.to_numpy().tolist() == [["P1", 100.0, 200.0, 50.0]]
+    # another place is another point, and heights that differ are told by the check
+    other = lines[1].replace("+00050000", "+00060000")
+    table = read(tmp_path, "a.gsi", text + elsewhere + other).tables["control_points"]
+    assert table["easting"].tolist() == [100.0, 700.0, 100.0]
+    assert table["height"].fillna(-1.0).tolist() == [50.0, -1.0, 60.0]
+
+
+def test_a_point_without_coordinates_is_no_line_without(tmp_path):
+    """A line that was read in part was said to be left out."""
+    bare = OF_TARGET.replace("+00200000", "+000-----")
+    line = f"110001+000000P1 {OF_TARGET} 110002+000000P2 {bare}\n"
+    found = read(tmp_path, "a.gsi", line + "410003+00000001\n")
+    assert found.tables["control_points"]["point_id"].tolist() == ["P1"]
+    assert found.notes[1:] == (
+        "a.gsi: 1 line without coordinates left out",
+        "a.gsi: 1 point without coordinates left out",
+    )
+
+
 def test_a_line_of_blanks_takes_no_time(tmp_path):
     """Of 20 000 blanks each was the start of a search to the end of them."""
     remark, blanks = "71....+aaaaaaaaaa", " " * 100_000

@@ -45,14 +45,14 @@ def read_gsi(file) -> Foreign:
     """Read the points that have coordinates; lines of angles and codes have none."""
     lines = lines_of(file, comments=("\0",))
     require_rows(lines, file.source, EXPECTED)
-    names, places, n_others = [], [], 0
+    names, places, n_lines, n_points = [], [], 0, 0
     for line in lines:
-        for name, place in _points(line, file.source):
-            if name is None or np.isnan(place[:2]).any():
-                n_others += 1
-            else:
-                names.append(name)
-                places.append(place)
+        found = [one for one in _points(line, file.source) if one[0] is not None]
+        good = [one for one in found if not np.isnan(one[1][:2]).any()]
+        names += [name for name, _ in good]
+        places += [place for _, place in good]
+        n_lines += not good
+        n_points += len(found) - len(good) if good else 0
     if not names:
         raise FileError(
             "holds no coordinates: angles and distances alone are no points",
@@ -62,14 +62,29 @@ def read_gsi(file) -> Foreign:
         )
     table = pd.DataFrame({"point_id": names})
     table[["easting", "northing", "height"]] = np.array(places)
-    # an instrument writes a point anew whenever it is looked at
-    table = table.drop_duplicates(ignore_index=True).dropna(axis=1, how="all")
+    table = _once(table).dropna(axis=1, how="all")
     notes = [f"{file.source}: without the zeros that lead the names"]
-    if n_others:
-        left_out = kept("{n:line|lines} without coordinates left out", n=n_others)
+    if n_lines:
+        left_out = kept("{n:line|lines} without coordinates left out", n=n_lines)
+        notes.append(f"{file.source}: {left_out}")
+    if n_points:
+        left_out = kept("{n:point|points} without coordinates left out", n=n_points)
         notes.append(f"{file.source}: {left_out}")
     tables = {"control_points": table}
     return Foreign(tables, None, tuple(notes), unit=METRES, unit_m=1.0)
+
+
+def _once(table):
+    """Each point once, with its height where it was written with one and without.
+
+    An instrument writes a point anew whenever it is looked at.
+    """
+    table = table.drop_duplicates(ignore_index=True)
+    plane = ["point_id", "easting", "northing"]
+    is_bare = table["height"].isna()
+    has_height = table[~is_bare].groupby(plane)["height"].size()
+    is_said = pd.MultiIndex.from_frame(table[plane]).isin(has_height.index)
+    return table[~(is_bare & is_said)].reset_index(drop=True)
 
 
 def _points(line, source):
