@@ -1,5 +1,9 @@
 """Points of KML: names, altitudes, ExtendedData of both kinds."""
 
+import struct
+
+import numpy as np
+import pyogrio.raw
 import pytest
 
 from einschalt.foundations.errors import EinschaltError
@@ -201,3 +205,39 @@ def test_a_map_in_a_folder_is_no_table_of_a_block_unless_it_is_named(tmp_path):
     for name in ("control.csv", "flight_plan.kml"):
         (tmp_path / name).touch()
     assert [path.name for path in files_below(tmp_path)] == ["control.csv"]
+
+
+@pytest.mark.parametrize(
+    ("driver", "options"),
+    [("KML", {"AltitudeMode": "absolute"}), ("KML", {}), ("LIBKML", {})],
+)
+def test_what_gdal_writes_is_read(tmp_path, driver, options):
+    """It writes the KML of QGIS, too: data in a SchemaData, names as name."""
+    if "w" not in pyogrio.list_drivers().get(driver, ""):
+        pytest.skip(f"this GDAL cannot write {driver}")
+    places = [(16.5, 48.25, 400.0), (16.75, 48.5, 500.5)]
+    wkb = np.array([struct.pack("<BI3d", 1, 1001, *place) for place in places], object)
+    texts = [["P 1", "7/8"], ["411,5", "512,25"], ["Passpunkt", "Prüfpunkt"]]
+    fields = [np.array(one, dtype=object) for one in texts]
+    tables = []
+    for n_fields in (1, 3):
+        pyogrio.raw.write(
+            tmp_path / "a.kml",
+            wkb,
+            fields[:n_fields],
+            ["Name", "Höhe", "Art"][:n_fields],
+            geometry_type="Point Z",
+            crs="EPSG:4326",
+            driver=driver,
+            dataset_options=options,
+        )
+        tables.append(read_foreign(tmp_path / "a.kml").tables["control_points"])
+        (tmp_path / "a.kml").unlink()
+        assert tables[-1]["point_id"].tolist() == ["P 1", "7/8"]
+        found = tables[-1][["longitude", "latitude"]].to_numpy().tolist()
+        assert found == [list(place[:2]) for place in places]
+    bare, full = tables
+    assert full["height"].tolist() == [411.5, 512.25]
+    assert full["role"].tolist() == ["control", "check"]
+    # without a mode the points lie on the ground
+    assert list(bare.get("height", [])) == ([400.0, 500.5] if options else [])

@@ -1,4 +1,4 @@
-"""Points of KML, as Google Earth, QGIS and receivers write it.
+"""Points of KML, as GDAL, and QGIS with it, write it; of Google Earth after its manual.
 
 Every placemark with one point: its name, longitude and latitude of WGS 84, and what
 its ExtendedData say of height and kind, in the words that columns of tables have. The
