@@ -192,6 +192,6 @@ def test_a_mapping_of_axes_that_is_not_used_is_told(tmp_path, system):
         '<GCP Pixel="1" Line="2" X="3" Y="4"/></GCPList></VRTDataset>'
     )
     found = read_foreign(tmp_path / "a.vrt")
-    said = "a.vrt: dataAxisToSRSAxisMapping not used, since the system is unknown"
-    assert found.notes == (said,)
+    said = "not used: X is taken for the easting, Y for the northing"
+    assert found.notes == (f"a.vrt: dataAxisToSRSAxisMapping {said}",)
     assert found.tables["control_points"].iloc[0, 1:3].tolist() == [3.0, 4.0]

@@ -116,7 +116,10 @@ def test_data_have_the_words_of_columns(read, texts, expected):
         ([{"height": "411.5 m"}], "height '411.5 m' of point P0 is no number"),
         ([{"height": "nan"}], "height 'nan' of point P0 is no number"),
         ([{"height": "12.5"}, {"height": "13,5"}], "height '13,5' of point P1"),
-        ([{"height": "1,234"}], "is it 1.234 or 1234.*Write decimal points"),
+        (
+            [{"height": "1,234"}],
+            "a.kml, point P0: height .1,234.: is it 1.234 or.*Write decimal points",
+        ),
         ([{"Höhe [m]": "1"}, {"Höhe [mm]": "1"}], "of its data are in m, mm"),
         ([{"role": "tie"}], "role 'tie' of point P0 is unknown"),
         ([{"Art": "Passpunkt"}, {"Art": "Bolzen"}], "role 'Bolzen' of point P1"),

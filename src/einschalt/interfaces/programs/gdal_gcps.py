@@ -89,7 +89,8 @@ def read_vrt(file) -> Foreign:
         rows.append((one.get("Id"), *map(float, said), float(height), "control"))
     notes = []
     if listed.get(MAPPING) and crs is None:
-        notes.append(f"{file.source}: {MAPPING} not used, since the system is unknown")
+        said = f"{MAPPING} not used: X is taken for the easting, Y for the northing"
+        notes.append(f"{file.source}: {said}")
     elif listed.get(MAPPING) and rows:
         middle = np.median([row[3:5] for row in rows], axis=0)
         if _is_northing_first(listed.get(MAPPING), system, middle, file.source):

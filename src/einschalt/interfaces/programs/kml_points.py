@@ -123,9 +123,10 @@ def _data_of(placemark):
 
 def _with_data(table, placemarks, source):
     """The points with heights and roles, without new ones, and notes."""
+    names = ("height", "role")
     frame = pd.DataFrame(
-        {n: [one.data.get(n, "") for one in placemarks] for n in ("height", "role")}
-    ).replace("", None)
+        {n: [one.data.get(n) or None for one in placemarks] for n in names}
+    )
     frame = frame.dropna(axis=1, how="all")
     # data of a kind that is none, such as that of the monument, are told
     words = frame["role"].dropna().unique() if "role" in frame else ()
@@ -133,6 +134,8 @@ def _with_data(table, placemarks, source):
         meant = _meant_as_columns(frame, placemarks, source)
         read = understood(frame, CONTROL_POINTS, NOTHING_SAID, meant, source)
     except TableError as error:
+        point = None if error.row is None else table["point_id"].iloc[error.row]
+        error = error.with_facts(row=None, point=point)
         raise answered_elsewhere(error, ANSWERS) from error
     frame, notes = read.frame, list(read.notes)
     table = table.loc[frame.index]
