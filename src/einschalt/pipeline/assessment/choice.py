@@ -275,8 +275,13 @@ def _leaves_points_out(examined):
 
 
 def _leaves_control(examined):
-    """Whether control is given, with its errors, and has no part in the two steps."""
+    """Whether control is given, with its errors, and has no part in the two steps.
+
+    Not where given points are known to be wrong: these are to be put right.
+    """
     control = examined.block.control_points
+    if examined.is_put_off:
+        return False
     if control is None or examined.control_takes_part or STATED not in control:
         return False
     return bool((control["role"] != "check").any())

@@ -109,6 +109,8 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     is_aside = begun.is_wrong.copy()
     for _ in range(MOST_STEPS):
         tests = judge(solution, is_out, given)
+        if solution is begun.solution and is_out.any():
+            _require_hold(solution, is_out, np.isfinite(tests.p_value))
         of_control = judge_control(solution)
         doubted = _wrong_control(solution, (of_control, tests), is_out, significance)
         worst = _worst_rows(solution, tests, is_out, significance)

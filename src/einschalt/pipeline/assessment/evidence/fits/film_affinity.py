@@ -143,16 +143,21 @@ def affinities_on_ground(found, films):
         _affinity_on_ground(found, place, name, *film)
         for place, (name, film) in enumerate(with_term.items())
     )
-    return {part.flight: part for part in each if part.is_significant}
+    return {part.flight: part for part in each if part and part.is_significant}
 
 
 def _affinity_on_ground(found, place, flight, transformation, size):
-    """FilmAffinity along the axes of the ground: a term of all models."""
+    """FilmAffinity along the axes of the ground: a term of all models.
+
+    None where no model has points enough to show what it leaves.
+    """
     coefficient = size * found.coefficients[place]
     error = 2.0 * size * np.sqrt(np.real(found.covariance[place, place]))
     matrix, _ = affine_matrices(transformation.fit.moments)
     is_usable = transformation.models["is_usable"].to_numpy()
     is_usable = is_usable & np.isfinite(matrix).all(axis=(1, 2))
+    if not is_usable.any():
+        return None
     mean = np.array([coefficient.real, coefficient.imag])
     return FilmAffinity(
         flight,
