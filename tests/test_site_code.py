@@ -253,6 +253,13 @@ def tables_as_the_pages_name_them(code):
         low = pd.read_csv("low_flight.csv", dtype={"point_id": str, "coverage": str})
         low = low.rename(columns={"x": "x red", "y": "y red"})
         low.to_csv("auswertung.txt", sep=";", decimal=",", index=False)
+    if "auswertung.csv" in code:
+        words = {"high_flight.csv": "hoch", "low_flight.csv": "tief"}
+        flights = [
+            pd.read_csv(name, dtype=str).assign(Flug=word)
+            for name, word in words.items()
+        ]
+        pd.concat(flights).to_csv("auswertung.csv", index=False)
     control.to_csv("control.csv", index=False)
     if "approximate.csv" in code:
         truth = es.simulate_block("demo", seed=1).truth
