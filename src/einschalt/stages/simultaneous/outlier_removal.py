@@ -21,8 +21,8 @@ from einschalt.stages.simultaneous.variance_components import (
 )
 from einschalt.theory.block_adjustment.determinacy import INCREDIBLE, loose_models
 from einschalt.theory.block_adjustment.gross_error_search import (
-    adjust_without_far_measurements,
     begin,
+    begin_in_space,
     sound_block,
 )
 from einschalt.theory.block_adjustment.gross_errors import (
@@ -54,8 +54,7 @@ def begin_part(part, options, terms=()) -> OutlierFreeBlock:
     except NoConvergenceError:
         if not looks:
             raise
-        significance = options.significance
-        return adjust_without_far_measurements(part.observations, significance, terms)
+        return begin_in_space(part.observations, options.significance)
     if looks and solution.s_0 > INCREDIBLE and loose_models(solution).any():
         return begin(solution, options.significance)
     return OutlierFreeBlock.whole(solution)

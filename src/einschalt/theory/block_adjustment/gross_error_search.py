@@ -91,7 +91,7 @@ def begin(solution, significance) -> OutlierFreeBlock:
     if not solution.s_0 > INCREDIBLE:
         return OutlierFreeBlock.whole(solution)
     if solution.observations.is_in_space:
-        return _begun_in_space(solution.observations, significance)
+        return begin_in_space(solution.observations, significance)
     return _begun(solution, *far_measurements(solution), significance)
 
 
@@ -106,11 +106,11 @@ def adjust_without_far_measurements(
     try:
         return begin(adjust_models(observations, terms), significance)
     except NoConvergenceError:
-        return _begun_in_space(observations, significance)
+        return begin_in_space(observations, significance)
 
 
-def _begun_in_space(observations, significance):
-    """Block without what is far off in plan; in space it may not stand beside that."""
+def begin_in_space(observations, significance) -> OutlierFreeBlock:
+    """Leave out what is far off in plan; a block in space may not stand beside that."""
     far, is_wrong = far_measurements(adjust(observations.in_plan(is_affine=False)))
     is_far = far > 0.0
     placed = without_given(without_rows(observations, is_far), is_wrong)

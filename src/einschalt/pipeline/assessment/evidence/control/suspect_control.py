@@ -15,7 +15,7 @@ from scipy.special import stdtr
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
-from einschalt.foundations.names import rows_of_names
+from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
@@ -33,13 +33,13 @@ from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
+from einschalt.pipeline.assessment.known_points import (
+    DIFFERENCES,
+    KnownPoints,
+    given_errors,
+)
 from einschalt.pipeline.densification.one_adjustment import with_two_steps
 from einschalt.stages.error_propagation.given_points import PLAN
-from einschalt.theory.adjustment.global_tests import ratio_limits
-from einschalt.theory.adjustment.significance import (
-    FINDING_SIGNIFICANCE,
-    MIN_REPORTED_RATIO,
-)
 
 # that single errors lie as close to one direction, or to one line, as those found
 SIGNIFICANCE = 0.1
@@ -51,7 +51,6 @@ MOST_SET_ASIDE = 0.4
 # another list, of which snooping takes out whatever hangs on least
 MOST_IN_HEIGHT, FEWEST_IN_HEIGHT = 0.25, 3
 FEWEST_CONFIRMING = 4  # check points
-STATED = "standard_error_m"
 STANDS_OUT = 2.0  # times the heights of control that is kept, RMS
 
 
@@ -83,17 +82,15 @@ def check_points_confirm(examined) -> bool:
     By the errors of the adjusted points and of the given coordinates alone: whatever
     two steps stand beside it.
     """
-    points, given = examined.solution.points, examined.block.control_points
+    points = examined.solution.points
     rows = points[points["role"] == "check"]
-    if len(rows) < FEWEST_CONFIRMING or STATED not in given:
+    names = rows["point_id"].to_numpy(dtype=object)
+    if len(names) < FEWEST_CONFIRMING or TOTAL not in rows:
         return False
-    place = rows_of_names(rows["point_id"], given["point_id"])
-    own = given[STATED].to_numpy(dtype=float)[place]
-    expected = np.nanmean(rows["standard_error_total"] ** 2 + own**2)
-    differences = values_of(rows, ["difference_easting", "difference_northing"])
-    ratio = np.sqrt(np.nanmean((differences**2).sum(axis=1)) / expected)
-    limits = ratio_limits(2.0 * len(rows), FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
-    return bool(ratio <= limits[1])
+    variance = rows[TOTAL].to_numpy(dtype=float) ** 2
+    claimed = np.sqrt(np.mean(variance + given_errors(examined, names) ** 2))
+    known = KnownPoints(names, values_of(rows, DIFFERENCES), claimed, 2.0 * len(names))
+    return bool(np.isfinite(known.ratio)) and not known.are_beyond
 
 
 def _is_confirmed_in_height(examined):
