@@ -122,12 +122,16 @@ DEFORMATION = Part(
                 "itself; null if it was not tested"
             ),
         ),
-        "is_shared_tested": (
+        "is_spatial": (
             "",
             (
-                "whether deformations that all models of a flight share were "
-                "tested; false for spatial models"
+                "whether the models are spatial: deformations that they share are "
+                "told by what they do to heights"
             ),
+        ),
+        "is_shared_tested": (
+            "",
+            ("whether deformations that all models of a flight share were tested"),
         ),
         "is_own_detected": ("", "whether deformations of single models were found"),
         "is_own_modelled": ("", "whether deformations of single models are modelled"),

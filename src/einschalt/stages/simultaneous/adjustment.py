@@ -39,6 +39,7 @@ from einschalt.stages.simultaneous.own_deformation import (
     is_detected,
 )
 from einschalt.stages.simultaneous.searches import Searches
+from einschalt.stages.simultaneous.shared_bends import find_shared_bends
 from einschalt.stages.simultaneous.shared_control import with_group_sizes
 from einschalt.stages.simultaneous.summary_text import summary_text
 from einschalt.stages.simultaneous.tables import (
@@ -53,10 +54,8 @@ from einschalt.stages.simultaneous.tables import (
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment import determinacy
-from einschalt.theory.block_adjustment.block_solution import (
-    BlockSolution,
-    UndeterminedTermsError,
-)
+from einschalt.theory.block_adjustment.block_solution import BlockSolution
+from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
 from einschalt.theory.block_adjustment.gross_error_search import (
@@ -313,6 +312,12 @@ def _adjust_part(tables, part, verdicts, options, searches):
     if options.outliers != "keep":
         search = partial(searches.weighed, _key_of(verdicts, options), search)
     tests, begun, weighed, cleaned = _cleaned(tables, part, begun, options, search)
+    bends = find_shared_bends(tables, weighed, options)
+    if bends.modelled is not None:
+        part = bends.given_to(part)
+        begun = begun.readjusted(part.observations)
+        weighed = weigh_part(tables, part, begun, options)
+        cleaned = clean_part(weighed, options)
     # its sizes stand beside those of the random errors, which must be known before
     both = [weighed]
     own = find_own_deformation(tables, weighed, begun.solution, options.deformation)
@@ -325,10 +330,11 @@ def _adjust_part(tables, part, verdicts, options, searches):
     judge = partial(_judged, tables, weighed, cleaned, verdicts, options)
     snoops = options.outliers == "snoop"
     result = searches.followed(weighed, judge) if snoops else judge()
-    deformations = deformation_table(tables, result.solution, (tests, own), options)
+    found = tests, bends, own
     return replace(
         result,
-        deformations=deformations,
+        common=common_table(tables, result.solution, bends),
+        deformations=deformation_table(tables, result.solution, found, options),
         loses_no_others=_loses_no_others(tables, both, options),
     )
 
@@ -515,7 +521,7 @@ def _result(tables, weighed, cleaned, verdicts, control, options):
         control=control_table(
             tables, part, solution, control, is_set_aside=options.outliers != "keep"
         ),
-        common=common_table(tables, solution),
+        common=pd.DataFrame(),
         deformations=pd.DataFrame(),
         failures=failures,
         s_0=solution.s_0 / np.sqrt(known.unit_variance),

@@ -52,6 +52,12 @@ class MeasuredImages:
     tails: tuple[float, float] = (0.0, 1.0)
 
     @property
+    def n_rows(self) -> int:
+        """Number of model points, and of the projection centres that follow them."""
+        n_centres = 0 if self.centres is None else len(self.centres)
+        return len(self.errors.sources) + n_centres
+
+    @property
     def rank(self) -> np.ndarray:
         """Place of each source in the order of names, as they are drawn."""
         return ranks(self.sources["image_id"], self.sources["point_id"])
@@ -125,7 +131,7 @@ def _unit_variance(given, solution, of_residuals, of_control):
 def _drawn(tables, part, factors, solution):
     """Covariances of points, of residuals and of those of control, by draws."""
     observations = solution.observations
-    draw = _drawing(tables, part, factors, solution)
+    draw = drawing(tables, part, factors, solution)
     n_axes = observations.control.shape[1]
     n_numbers = n_axes * len(observations.model)
     rng = np.random.default_rng(1971)
@@ -149,7 +155,7 @@ def variance_by_norm(tables, part, factors, block, norms):
     used one after the other. Errors of image points are drawn with their tails.
     """
     solution = block.solution
-    draw = _drawing(tables, part, factors, solution, with_tails=True)
+    draw = drawing(tables, part, factors, solution, with_tails=True)
     observations = solution.observations
     n_numbers = observations.control.shape[1] * len(observations.model)
     rng, sums = np.random.default_rng(1971), np.zeros(2)
@@ -182,7 +188,7 @@ def judge_of(part, drawn):
     return judge
 
 
-def _drawing(tables, part, factors, solution, *, with_tails=False):
+def drawing(tables, part, factors, solution, *, with_tails=False):
     """Function that draws errors of all measured points of a part on the ground.
 
     Normal ones, or (``with_tails``) those of image points with a share of worse ones.

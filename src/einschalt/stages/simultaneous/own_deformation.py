@@ -13,7 +13,7 @@ from einschalt.theory.adjustment.significance import (
     FINDING_SIGNIFICANCE,
     OWN_DEFORMATION_SIGNIFICANCE,
 )
-from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
+from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.gross_errors import (
     OutlierFreeBlock,
     without_far_control,

@@ -28,7 +28,6 @@ DEFORMATION_COLUMNS = [
     *("size", "size_middle", "size_edge", "neighbour_correlation", "is_alike"),
     *("own_size_edge", "own_size_edge_height", "own_p_value", "own_is_modelled"),
 ]
-COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
@@ -255,17 +254,19 @@ def parameter_cofactors(solution):
     return own[:, order][:, :, order], names
 
 
-def common_table(tables, solution) -> pd.DataFrame:
-    """Deformations that the models of a flight share."""
-    if tables.is_spatial:
-        return pd.DataFrame(columns=COMMON_COLUMNS)
-    deformation = solution.deformation
-    names = np.array(tables.flights, dtype=object)
-    flights = np.array(deformation.flight, dtype=np.int64)
+def common_table(tables, solution, bends) -> pd.DataFrame:
+    """Deformations that the models of a flight share.
+
+    ``bends`` are the SharedBends of spatial models.
+    """
+    flight, names = bends.flights, bends.names
+    if not tables.is_spatial:
+        flight, names = solution.deformation.flight, solution.deformation.names
+    of_flights = np.array(tables.flights, dtype=object)
     return pd.DataFrame(
         {
-            "flight": names[flights],
-            "term": np.array(deformation.names, dtype=object),
+            "flight": of_flights[np.array(flight, dtype=np.int64)],
+            "term": np.array(names, dtype=object),
             "value": solution.common,
             "standard_error": np.sqrt(np.diag(solution.common_cofactors)),
         }
@@ -275,36 +276,41 @@ def common_table(tables, solution) -> pd.DataFrame:
 def deformation_table(tables, solution, found, options) -> pd.DataFrame:
     """Deformations that the models of each flight share, and those that each has.
 
-    ``found`` are the tests of the former and an OwnDeformation or None, ``solution`` is
-    that after what was modelled.
+    ``found`` are tests in plan of the former, the SharedBends of spatial models, and an
+    OwnDeformation or None; ``solution`` is that after what was modelled.
     """
-    tests, own = found
-    rows = []
-    for test in tests:
-        autocorrelation = neighbour_autocorrelation(solution, test.terms.flight)
-        rows.append(
-            {
-                "flight": tables.flights[test.terms.flight],
-                "n_terms": len(test.terms.names),
-                "f_statistic": test.f_statistic,
-                "p_value": test.p_value,
-                "is_detected": bool(test.p_value < options.significance),
-                "is_modelled": test.terms in solution.terms,
-                "size": test.size,
-                "size_middle": test.size_middle,
-                "size_edge": test.size_edge,
-                "neighbour_correlation": autocorrelation.correlation,
-                "is_alike": autocorrelation.is_large,
-                **own_columns(own, test.terms.flight, solution.observations),
-            }
-        )
-    if not tests and own is not None:  # spatial models
-        rows = [
-            {
-                "flight": tables.flights[k],
-                **dict.fromkeys(("is_detected", "is_modelled", "is_alike"), False),
-                **own_columns(own, k, solution.observations),
-            }
-            for k in np.unique(own.flight)
-        ]
+    tests, bends, own = found
+    rows = [
+        {
+            "flight": tables.flights[test.flight],
+            "n_terms": test.n_terms,
+            "f_statistic": test.f_statistic,
+            "p_value": test.p_value,
+            "is_detected": bool(test.p_value < options.significance),
+            "is_modelled": _is_modelled(test, solution, bends),
+            "size": test.size,
+            "size_middle": test.size_middle,
+            "size_edge": test.size_edge,
+            **_neighbours_of(test, solution),
+            **own_columns(own, test.flight, solution.observations),
+        }
+        for test in (*tests, *bends.tests)
+    ]
     return pd.DataFrame(rows, columns=DEFORMATION_COLUMNS)
+
+
+def _is_modelled(test, solution, bends):
+    if solution.observations.is_in_space:
+        return test.flight in bends.flights
+    return test.terms in solution.terms
+
+
+def _neighbours_of(test, solution):
+    """Columns on residuals of neighbouring points, which are compared in plan."""
+    if solution.observations.is_in_space:
+        return {"neighbour_correlation": np.nan, "is_alike": False}
+    likeness = neighbour_autocorrelation(solution, test.flight)
+    return {
+        "neighbour_correlation": likeness.correlation,
+        "is_alike": likeness.is_large,
+    }

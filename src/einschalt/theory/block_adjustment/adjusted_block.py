@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from einschalt.theory.block_adjustment.common_border import Bordered
 from einschalt.theory.block_adjustment.observations import ObservedBlock
 from einschalt.theory.block_adjustment.solver import Ordering, Solver
 
@@ -22,7 +23,8 @@ class AdjustedBlock:
     redundancy: int
     # Σ w v² of all observations, of the control, and of the orientations' errors
     sum_of_squares: float
-    solver: Solver  # in the order of elimination
+    bordered: Bordered  # what models share, in the order of elimination
+    solver: Solver  # likewise
     ordering: Ordering
 
     @property
@@ -70,6 +72,20 @@ class AdjustedBlock:
         found = self.solver.project(*right, is_rough=is_rough)
         residuals = in_old_order(found.residuals, new.rows)
         return in_old_order(found.points, new.points), residuals
+
+    def _with_common(self, points, residuals, on_ground):
+        """Points and residuals once common parameters have taken up what they can.
+
+        ``on_ground`` (n_rows, d, n_terms): what these do to the observations [m].
+        """
+        weights = (
+            self.observations.standard_error.reshape(len(residuals), -1, 1) ** -2.0
+        )
+        right = np.tensordot(on_ground * weights, residuals, axes=((0, 1), (0, 1)))
+        shift, new = self.bordered.cofactors @ right, self.ordering.reordered
+        points -= in_old_order(self.bordered.points, new.points) @ shift
+        residuals -= in_old_order(self.bordered.residuals, new.rows) @ shift
+        return points, residuals
 
     @cached_property
     def leverage(self):

@@ -16,6 +16,11 @@ from einschalt.theory.block_adjustment.axis_coupling import (
     ModelFrames,
     reduce_models,
 )
+from einschalt.theory.block_adjustment.common_border import (
+    Bordered,
+    inverse_of_common,
+    normals_of_common,
+)
 from einschalt.theory.block_adjustment.common_parameters import (
     CommonTerms,
     Deformation,
@@ -31,29 +36,6 @@ MOST_PASSES = 6
 SETTLED, ROUGHLY = 1e-13, 1e-5
 # what orientations do to points [m] follows from models that they move by 1e-4
 SETTLED_ON_GROUND = 1e-10
-# share of a term that models and other terms must leave of it
-LEAST_LEFT = 1e-8
-
-
-class UndeterminedTermsError(np.linalg.LinAlgError):
-    """The points of the models do not determine the common terms."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bordered:
-    """What the common parameters add, in the order of elimination."""
-
-    cofactors: np.ndarray  # (n_terms, n_terms)
-    # how each moves with each term
-    points: np.ndarray  # (n_points, 2, n_terms)
-    residuals: np.ndarray  # (n_rows, 2, n_terms)
-    unknowns: np.ndarray  # (n_models, n_unknowns, n_terms)
-
-    def with_spread(self, own, motion):
-        """Cofactors with what follows from those of the common parameters."""
-        if len(self.cofactors) == 0:
-            return own
-        return own + motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +57,6 @@ class BlockSolution(AdjustedBlock):
     orientation: np.ndarray
     # (n_models, n_bent, 2): coefficients of each model's own deformation, likewise
     bent: np.ndarray
-    bordered: Bordered  # in the order of elimination
     reduced: ModelFrames  # of the reduced coordinates in which the models were solved
 
     def readjusted(self, observations, *, is_rough=False):
@@ -114,13 +95,7 @@ class BlockSolution(AdjustedBlock):
         found = self._projected(*right, is_rough=is_rough)
         points, residuals = map(channels.join, found)
         on_ground = self.linear[self.observations.model] @ self.deformation.columns
-        weighted = on_ground * self.observations.standard_error[:, None, None] ** -2.0
-        right = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
-        shift = self.bordered.cofactors @ right
-        new = self.ordering.reordered
-        points -= in_old_order(self.bordered.points, new.points) @ shift
-        residuals -= in_old_order(self.bordered.residuals, new.rows) @ shift
-        return points, residuals
+        return self._with_common(points, residuals, on_ground)
 
     def _cofactors(self, quantity):
         plane = self.solver.channels.plane(super()._cofactors(quantity))
@@ -355,11 +330,9 @@ class _Task(BlockInOrder):
         right = channels.split(-on_ground), held
         answer = solver.project(*right, is_rough=self._is_rough)
         residuals = channels.join(answer.residuals)
-        weighted = on_ground * self.weights[:, None, None]
-        normals = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
-        whole = np.einsum("ncj,ncj->j", weighted, on_ground)
+        left = normals_of_common(on_ground, self.weights[:, None], residuals)
         return Bordered(
-            _inverse_of_common((normals + normals.T) / 2.0, whole),
+            inverse_of_common(*left),
             channels.join(answer.points),
             residuals,
             channels.unknowns(answer.parameters),
@@ -410,20 +383,6 @@ def _further(unknowns, channels):
     after = channels.n_parameters + channels.n_shared
     bent = unknowns[:, after:].reshape(len(unknowns), channels.n_bent, 2)
     return unknowns[:, channels.n_parameters : after], bent
-
-
-def _inverse_of_common(normals, whole):
-    """Cofactors of common terms, of which the models have left this much.
-
-    ``whole`` is the diagonal before the models took up what they can.
-    """
-    size = np.sqrt(np.where(whole > 0.0, whole, 1.0))
-    scaled = normals / np.outer(size, size)
-    # eigenvalues of what is no number are an error of another kind
-    is_finite = np.isfinite(scaled).all()
-    if not is_finite or np.linalg.eigvalsh(scaled)[0] <= LEAST_LEFT:
-        raise UndeterminedTermsError("the points do not determine the common terms")
-    return np.linalg.inv(scaled) / np.outer(size, size)
 
 
 def _measured(affinities, frames):

@@ -11,11 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from einschalt.theory.block_adjustment.absolute_residuals import far_measurements
-from einschalt.theory.block_adjustment.block_solution import (
-    UndeterminedTermsError,
-    adjust,
-)
+from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.determinacy import INCREDIBLE
 from einschalt.theory.block_adjustment.gross_errors import (
     MOST_RETURNS,

@@ -12,10 +12,8 @@ import numpy as np
 from scipy.special import fdtrc
 
 from einschalt.foundations.kernels import compiled
-from einschalt.theory.block_adjustment.block_solution import (
-    UndeterminedTermsError,
-    adjust,
-)
+from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     CUBIC,
@@ -46,6 +44,16 @@ class DeformationTest:
     size: float
     size_middle: float
     size_edge: float
+
+    @property
+    def flight(self):
+        """Number of the flight."""
+        return self.terms.flight
+
+    @property
+    def n_terms(self):
+        """Number of the terms."""
+        return len(self.terms.names)
 
 
 def examine_deformation(solution, flight) -> DeformationTest:

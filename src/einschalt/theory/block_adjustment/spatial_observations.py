@@ -19,7 +19,11 @@ class SpatialObservations(ObservedBlock):
     # (n_rows, 3): of measured easting, northing, height on the ground [m]
     standard_error: np.ndarray
 
-    _by_row = ("xyz", "standard_error", "bent")
+    # (n_rows, 3, n_terms): model coordinates by coefficients of 1 of bends that models
+    # of a flight share [model units], see shared_bend; None where there are none
+    shared_bend: np.ndarray | None = None
+
+    _by_row = ("xyz", "standard_error", "bent", "shared_bend")
     _by_model = ("flight", "model_rank")
 
     @property

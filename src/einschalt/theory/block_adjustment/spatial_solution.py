@@ -8,7 +8,9 @@ with shift, relative scale and turn in units of its extent, the root mean square
 Where residuals are so large that such steps grow, or hardly become smaller, second
 derivatives are counted too. Points are eliminated and the models are factored front by
 front as in the plane, with three rows a point and seven unknowns a model; the last
-linearisation gives every variance.
+linearisation gives every variance. Bends that models of a flight share
+(:mod:`einschalt.theory.block_adjustment.shared_bend`) border that; the models are
+corrected by them, and the block is adjusted again until they settle.
 """
 
 from dataclasses import dataclass, replace
@@ -24,6 +26,11 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     largest_error,
 )
 from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.common_border import (
+    Bordered,
+    inverse_of_common,
+    normals_of_common,
+)
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.second_order import (
     among_unknowns,
@@ -41,6 +48,8 @@ from einschalt.theory.transformation.helmert_3d import angles_of, parameters_fro
 MOST_PASSES = 100
 # a step that is as small as this changes nothing but its own square [m]
 SETTLED, ROUGHLY = 1e-7, 1e-3
+# share of that which common terms may still move: their step is not applied
+OF_COMMON = 0.01
 # steps that grow beyond it [m] are no rounding
 FAR = 0.1
 # a step that is not so much smaller than the last one comes from large residuals
@@ -76,6 +85,9 @@ class SpatialSolution(AdjustedBlock):
     # (n_models, n_bent): coefficients of each model's own deformation, over their
     # standard errors
     bent: np.ndarray
+    # (n_terms,): coefficients of the bends that models share, with the sign of what
+    # corrects them
+    common: np.ndarray
 
     def readjusted(self, observations, *, is_rough=False):
         """Adjust the same models and points with other errors or given coordinates.
@@ -86,7 +98,8 @@ class SpatialSolution(AdjustedBlock):
         ordering = self.ordering
         if ordering.has_outgrown(_n_solved(observations)):
             ordering = _ordered(observations, self.placement)
-        return _Task(observations, ordering).solve(self.placement, settled)
+        task = _Task(observations, ordering)
+        return task.solve(self.placement, settled, self.common)
 
     @property
     def linear(self):
@@ -99,7 +112,21 @@ class SpatialSolution(AdjustedBlock):
 
     def answer_to(self, errors, control_errors, *, is_rough=False):
         """Errors of points, and residuals; as in plan, of small errors."""
-        return self._projected(-errors, control_errors, is_rough=is_rough)
+        answer = self._projected(-errors, control_errors, is_rough=is_rough)
+        if self.observations.shared_bend is None:
+            return answer
+        given = self.observations
+        on_ground = self.linear[given.model] @ given.shared_bend
+        return self._with_common(*answer, on_ground)
+
+    def _cofactors(self, quantity):
+        plain = super()._cofactors(quantity)
+        return self.bordered.with_spread(plain, getattr(self.bordered, quantity))
+
+    @property
+    def common_cofactors(self):
+        """Of the coefficients of bends that models share, (n_terms, n_terms)."""
+        return self.bordered.cofactors
 
     @property
     def relative_errors(self):
@@ -112,12 +139,15 @@ class SpatialSolution(AdjustedBlock):
     @cached_property
     def unknown_cofactors(self):
         """Of everything unknown of each model, (n_models, n_unknowns, n_unknowns)."""
-        return in_old_order(self.solver.model_cofactors, self.ordering.order)
+        own, bordered = self.solver.model_cofactors, self.bordered
+        own = bordered.with_spread(own, bordered.unknowns)
+        return in_old_order(own, self.ordering.order)
 
     @property
     def log_determinant(self):
         """Of the normal equations without the points."""
-        return self.solver.factor.log_determinant
+        common = np.linalg.slogdet(self.common_cofactors)[1]
+        return self.solver.factor.log_determinant - common
 
     @cached_property
     def _step_cofactors(self):
@@ -190,16 +220,66 @@ class _Task(BlockInOrder):
         self._bent = np.zeros((len(self.rows), 3, 0))
         if observations.bent is not None:
             self._bent = observations.bent[self.rows]
+        self._shared = np.zeros((len(self.rows), 3, 0))
+        if observations.shared_bend is not None:
+            self._shared = observations.shared_bend[self.rows]
 
-    def solve(self, start, settled=SETTLED) -> SpatialSolution:
+    def solve(self, start, settled=SETTLED, common=()) -> SpatialSolution:
         """Iterate from a start until no step is larger than ``settled`` [m].
 
-        Where second derivatives count, errors are larger than stated, and a model may
-        hang on little: until no step counts beside the errors that residuals show.
+        ``common`` are coefficients that the models share, to begin with. An
+        UndeterminedTermsError where the block does not determine them.
         """
         place = start.arranged(lambda values: values[self.ordering.order])
         control = self.control_from(place.origin)
         bent = np.zeros((len(place.scale), self._bent.shape[2]))
+        n_terms = self._shared.shape[2]
+        common = common if len(common) == n_terms else np.zeros(n_terms)
+        for _ in range(MOST_PASSES):
+            self._xyz = self.given.xyz[self.rows] + self._shared @ common
+            last = self._settled(place, bent, control, settled)
+            bordered, shift, moved = self._border(last)
+            if moved < OF_COMMON * settled:
+                return self._solution(last, control, common, bordered)
+            common = common + shift
+            place, bent = last.moved()
+        raise NoConvergenceError(moved, 0, self.incidence.n_models)
+
+    def _border(self, last):
+        """What common terms add to a block that has settled, and their next step.
+
+        And the most that the step moves any point by [m].
+        """
+        n_terms = self._shared.shape[2]
+        if n_terms == 0:
+            n_models, n_points = self.incidence.n_models, self.incidence.n_points
+            n_unknowns = N_UNKNOWNS + self._bent.shape[2]
+            sizes = (
+                (n_points, 3, 0),
+                (*self.weights.shape, 0),
+                (n_models, n_unknowns, 0),
+            )
+            nothing = Bordered(np.zeros((0, 0)), *map(np.zeros, sizes))
+            return nothing, np.zeros(0), 0.0
+        on_ground = last.place.matrix[self._model] @ self._shared
+        held = np.zeros((self.incidence.n_points, 3, n_terms))
+        answer = last.solver.project(-on_ground, held)
+        left = normals_of_common(on_ground, self.weights, answer.residuals)
+        cofactors = inverse_of_common(*left)
+        bordered = Bordered(
+            cofactors, answer.points, answer.residuals, answer.parameters
+        )
+        weighted = on_ground * self.weights[:, :, None]
+        residuals = last.found.residuals[:, :, 0]
+        shift = -cofactors @ np.einsum("ncj,nc->j", weighted, residuals)
+        return bordered, shift, np.abs(on_ground @ shift).max(initial=0.0)
+
+    def _settled(self, place, bent, control, settled):
+        """Last pass from a start, for common terms as they are.
+
+        Where second derivatives count, errors are larger than stated, and a model may
+        hang on little: until no step counts beside the errors that residuals show.
+        """
         before, share, held, hold = None, 1.0, 0, 1
         now = self._pass(place, bent, control)
         for _ in range(MOST_PASSES):
@@ -212,7 +292,7 @@ class _Task(BlockInOrder):
             elif not np.isfinite(now.size):
                 break
             elif now.size < settled or now.is_settled:
-                return self._solution(now, control)
+                return now
             else:
                 order = min(POSITIVE if held else FULL, _next_order(now, before))
                 before, share, held = now, min(1.0, 2.0 * share), max(0, held - 1)
@@ -282,7 +362,7 @@ class _Task(BlockInOrder):
         given = self.ordering, design, self.weights, self.prior, prior
         return factor_block(*given, second=second)
 
-    def _solution(self, last, control):
+    def _solution(self, last, control, common, bordered):
         """The block after its last step; its variances are those of a linear one."""
         found, order = last.found, self.ordering.order
         place, bent = last.moved()
@@ -291,8 +371,9 @@ class _Task(BlockInOrder):
             # it stays there: a linear step may lead away again, and far
             last = self._pass(place, bent, control)
             points, residuals = last.points, last.residuals
+            bordered = self._border(last)[0]
         extent, solver = last.extent, last.solver
-        n_unknowns = N_UNKNOWNS * self.given.n_models
+        n_unknowns = N_UNKNOWNS * self.given.n_models + len(common)
         fields = self.common_fields(
             points, residuals, control, place.origin, n_unknowns
         )
@@ -302,6 +383,8 @@ class _Task(BlockInOrder):
             bent=in_old_order(bent, order),
             placement=place.arranged(lambda values: in_old_order(values, order)),
             extent=in_old_order(extent, order),
+            common=common,
+            bordered=bordered,
             solver=solver,
         )
 

@@ -44,7 +44,9 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
         (n_one, one), (n_two, two) = checks
         mine, beside.points = points(n_one, one), points(n_two, two)
     return SimpleNamespace(
-        adjustment=SimpleNamespace(deformations=found),
+        adjustment=SimpleNamespace(
+            deformations=found, tables=SimpleNamespace(is_spatial=False)
+        ),
         solution=SimpleNamespace(two_step=beside),
         points=mine,
         shares_control_errors=False,

@@ -35,7 +35,8 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
             "own_is_modelled": [False, own == "modelled"],
         }
     )
-    adjusted = SimpleNamespace(deformations=found)
+    tables = SimpleNamespace(is_spatial=False)
+    adjusted = SimpleNamespace(deformations=found, tables=tables)
     if checks is None:
         solution = SimpleNamespace(two_step=SimpleNamespace(is_possible=False))
         return SimpleNamespace(adjustment=adjusted, solution=solution)
@@ -136,17 +137,31 @@ def test_what_each_model_has_for_itself_is_a_table_of_its_own():
     assert tested.remarks[0].endswith("It is not modelled.")
 
 
-def test_spatial_models_are_tested_for_deformations_of_their_own_only():
-    examined = examined_with(own="modelled")
+def test_what_spatial_models_share_is_a_bend_of_their_heights():
+    examined = examined_with(detected=True, modelled=True, own="modelled")
+    examined.adjustment.tables.is_spatial = True
     found = examined.adjustment.deformations
-    found[["n_terms", "p_value", "size_middle", "size_edge"]] = np.nan
+    found["neighbour_correlation"] = np.nan
     found["own_size_edge_height"] = [0.0, 0.021]
     facts = deformation_facts(examined)
-    assert section(facts).rows == ()
+    shared = section(facts)
+    assert shared.title == "Bend in height common to the models of a flight (RMS)"
+    assert shared.header[2:] == ("in the middle", "at the edge", "in the adjustment")
+    assert shared.rows[1][2:] == ("4.00 cm", "15.00 cm", "modelled")
+    assert shared.remarks[0].startswith("Use the simultaneous adjustment")
     shown = own_section(facts)
     assert shown.header == ("", "in plan (total)", "in height")
     assert shown.rows[1] == ("low flight", "6.0 cm", "2.1 cm")
-    assert shown.remarks[1].startswith("Use the simultaneous adjustment")
+    assert len(shown.remarks) == 1  # which way to use is said once
+
+
+def test_photographs_bend_models_for_themselves_untested():
+    examined = examined_with()
+    examined.adjustment.tables.is_spatial = True
+    examined.adjustment.deformations["own_p_value"] = np.nan
+    facts = deformation_facts(examined)
+    assert section(facts).rows
+    assert own_section(facts).rows == ()
 
 
 def test_nothing_is_said_where_nothing_was_tested():

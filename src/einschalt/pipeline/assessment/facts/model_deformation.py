@@ -37,7 +37,7 @@ class FlightDeformation:
 
     flight: str
     p_value: float
-    # TOTAL, RMS [m]
+    # TOTAL, of spatial models of their heights; RMS [m]
     size_middle: float
     size_edge: float
     is_modelled: bool
@@ -57,7 +57,7 @@ class DeformationFacts:
     belief: Belief
     # that chance makes what single models are deformed by; NaN without a test
     own_p_value: float
-    # of spatial models only those that each has for itself are tested
+    is_spatial: bool  # deformations that spatial models share are those of heights
     is_shared_tested: bool
     is_own_detected: bool
     is_own_modelled: bool
@@ -91,6 +91,7 @@ def deformation_facts(examined) -> DeformationFacts | None:
         flights,
         _belief(found, *rms),
         float(found["own_p_value"].iloc[0]),
+        examined.adjustment.tables.is_spatial,
         bool(found["n_terms"].notna().any()),
         bool(_is_own_detected(found)),
         bool(found["own_is_modelled"].any()),

@@ -1,5 +1,7 @@
 """Deformations of models, shared or of each alone, and which way to believe."""
 
+import math
+
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import fixed, length, lengths
 from einschalt.pipeline.assessment.choice import TWO_STEP
@@ -7,6 +9,7 @@ from einschalt.pipeline.assessment.facts.model_deformation import Belief
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import flight_name, probability
 
+MODELLED = mark_each({True: "modelled", False: "not modelled"})
 ALIKE = mark(
     "correlation: of the residuals of neighbouring points in a model, after what was "
     "modelled; near 0 if errors are random."
@@ -79,53 +82,56 @@ def section(facts, better=None) -> Section:
 
     ``better``: the choice of the method that the verdict names as the better one.
     """
-    if facts is None or _is_spatial(facts):
+    if facts is None or not facts.is_shared_tested:
         return NO_SECTION
     flights = facts.flights
-    rows = zip(
-        (flight_name(flight.flight) for flight in flights),
-        (probability(flight.p_value) for flight in flights),
+    columns = [
+        [flight_name(flight.flight) for flight in flights],
+        [probability(flight.p_value) for flight in flights],
         lengths([flight.size_middle for flight in flights]),
         lengths([flight.size_edge for flight in flights]),
-        (
-            translated("modelled") if flight.is_modelled else translated("not modelled")
-            for flight in flights
-        ),
-        (fixed(flight.neighbour_correlation, 2) for flight in flights),
-        strict=True,
-    )
-    title = translated("Deformation common to the models of a flight (total, RMS)")
+        [translated(MODELLED[flight.is_modelled]) for flight in flights],
+    ]
     header = (
         *("", "p", translated("in the middle"), translated("at the edge")),
-        *(translated("in the adjustment"), translated("correlation")),
+        translated("in the adjustment"),
     )
-    remarks = (translated(ALIKE), belief_text(facts, better))
-    return Section(title, header, tuple(rows), remarks)
-
-
-def _is_spatial(facts):
-    """Whether shared deformations are not tested at all: those of spatial models."""
-    return not facts.is_shared_tested
+    remarks = [belief_text(facts, better)]
+    title = translated("Deformation common to the models of a flight (total, RMS)")
+    if facts.is_spatial:
+        title = translated("Bend in height common to the models of a flight (RMS)")
+    else:
+        columns.append([fixed(f.neighbour_correlation, 2) for f in flights])
+        header = (*header, translated("correlation"))
+        remarks.insert(0, translated(ALIKE))
+    return Section(title, header, tuple(zip(*columns, strict=True)), tuple(remarks))
 
 
 def own_section(facts, better=None) -> Section:
-    """Set what each model is deformed by for itself, where that shows."""
-    if facts is None or not (facts.is_own_detected or _is_spatial(facts)):
+    """Set what each model is deformed by for itself, where that shows.
+
+    Of spatial models whether it does or not.
+    """
+    if facts is None or not (facts.is_own_detected or _is_own_tested_in_space(facts)):
         return NO_SECTION
     in_plan = lengths([flight.own_edge for flight in facts.flights])
     columns = [[flight_name(flight.flight) for flight in facts.flights], in_plan]
     header = ("", translated("in plan (total)"))
-    if _is_spatial(facts):
+    if facts.is_spatial:
         columns.append(lengths([flight.own_edge_height for flight in facts.flights]))
         header = (*header, translated("in height"))
     remark = OWN_MODELLED if facts.is_own_modelled else OWN_LEFT
     if not facts.is_own_detected:
         remark = NO_OWN
     remarks = [translated(remark, p=probability(facts.own_p_value))]
-    if _is_spatial(facts):
+    if not facts.is_shared_tested:
         remarks.append(belief_text(facts, better))
     title = translated("Deformation of each single model (RMS at its edge)")
     return Section(title, header, tuple(zip(*columns, strict=True)), tuple(remarks))
+
+
+def _is_own_tested_in_space(facts):
+    return facts.is_spatial and math.isfinite(facts.own_p_value)
 
 
 def belief_text(facts, better=None) -> str:

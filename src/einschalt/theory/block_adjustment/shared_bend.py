@@ -1,0 +1,206 @@
+"""Bends that all spatial models of a flight share.
+
+A plate of the plotter or the Earth bends the models of a flight alike: their heights
+are off by
+
+    dz = c₁ x² + c₂ x y + c₃ y²
+
+of the position in the model. A lens displaces image points, and what relative
+orientation does not take up of that bends models too. Neighbours tilt against each
+other and overlap well; what shows it is a block that is bent as a whole, against
+control or another flight. The coefficients border the normal equations as deformations
+in plan do: with the columns D of the terms, and R that leads from observations to their
+residuals v,
+
+    (Dᵀ W R D) c = −Dᵀ W v,
+
+and the errors of c follow from what errors of the observations make of Dᵀ W v.
+
+See docs/theory/block_adjustment.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import fdtrc
+
+from einschalt.theory.block_adjustment.common_border import (
+    UndeterminedTermsError,
+    inverse_of_common,
+    normals_of_common,
+)
+from einschalt.theory.block_adjustment.common_parameters import positions_in_model
+from einschalt.theory.block_adjustment.model_deformation import EDGE, MIDDLE
+
+OF_HEIGHTS = ("dz:x2", "dz:xy", "dz:y2")
+
+
+@dataclass(frozen=True, eq=False)
+class BendTerms:
+    """What the terms of each flight do to its models."""
+
+    # (n_rows, 3, n_terms): displacement by a coefficient of 1 [model units]; 0 in rows
+    # of other flights
+    columns: np.ndarray
+    flight: np.ndarray  # (n_terms,): of each term
+    names: tuple[str, ...]  # of the terms
+    # (n_rows, 2): in the model, about 1 at its edge; NaN of projection centres
+    position: np.ndarray
+
+    def of_flights(self, flights):
+        """Terms of some of the flights."""
+        is_of = np.isin(self.flight, flights)
+        names = tuple(np.array(self.names, dtype=object)[is_of])
+        return BendTerms(
+            self.columns[:, :, is_of], self.flight[is_of], names, self.position
+        )
+
+
+def bent_heights(position):
+    """Displacement by each of the terms ``OF_HEIGHTS``, (n_points, 3, 3).
+
+    ``position`` (n_points, 2) in the model; a coefficient is that of the edge.
+    """
+    x, y = position.T
+    columns = np.zeros((len(position), 3, len(OF_HEIGHTS)))
+    columns[:, 2] = np.column_stack([x * x, x * y, y * y])
+    return columns
+
+
+def positions_of_flights(observations, is_ground):
+    """Position of each observation in its model, (n_rows, 2); NaN where no ground."""
+    flight_of_row = observations.flight[observations.model]
+    positions = np.full((len(flight_of_row), 2), np.nan)
+    for flight in np.unique(observations.flight):
+        rows = np.flatnonzero((flight_of_row == flight) & is_ground)
+        xy, model = observations.xyz[rows, :2], observations.model[rows]
+        positions[rows] = positions_in_model(xy, model)[0]
+    return positions
+
+
+@dataclass(frozen=True, eq=False)
+class AnswerToBends:
+    """What terms do to a block that has none, and what its residuals say of them."""
+
+    on_ground: np.ndarray  # (n_rows, 3, n_terms): by a coefficient of 1 [m]
+    normals: np.ndarray  # (n_terms, n_terms): Dᵀ W R D
+    whole: np.ndarray  # (n_terms,): diagonal of Dᵀ W D
+    weights: np.ndarray  # (n_rows, 3) [1/m²]
+
+    @classmethod
+    def of(cls, solution, terms):
+        """Of a SpatialSolution without any term."""
+        given = solution.observations
+        on_ground = solution.linear[given.model] @ terms.columns
+        held = np.zeros((*given.control.shape, on_ground.shape[2]))
+        _, residuals = solution.answer_to(on_ground, held)
+        weights = given.standard_error**-2.0
+        normals = normals_of_common(on_ground, weights, residuals)
+        return cls(on_ground, *normals, weights)
+
+    def sums(self, residuals):
+        """Dᵀ W v of residuals (n_rows, 3) or (n_rows, 3, n), shape (n_terms[, n])."""
+        weighted = self.on_ground * self.weights[:, :, None]
+        return np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class MadeByErrors:
+    """What errors of the observations make of a block that has no bend."""
+
+    sums: np.ndarray  # (n_terms, n_terms): covariance of Dᵀ W v
+    unit_variance: float  # mean of Σ w v² over the redundancy
+
+
+@dataclass(frozen=True, eq=False)
+class BendTest:
+    """Test of one flight for a bend that its models share."""
+
+    flight: int
+    n_terms: int
+    # NaN where the block does not determine the bend, or no residuals are left
+    f_statistic: float
+    p_value: float
+    # displacement of heights that no tilt takes up, over all points, in the middle and
+    # at the edge of the models (RMS, on the ground) [m]
+    size: float
+    size_middle: float
+    size_edge: float
+
+
+def examine_bends(solution, terms, answer, made, significance):
+    """Test the flights one after the other, the clearest first.
+
+    Parameters
+    ----------
+    solution : SpatialSolution
+        Without any of the terms.
+    terms : BendTerms
+    answer : AnswerToBends
+    made : MadeByErrors
+    significance : float
+        Probability with which a flight without a bend seems to have one.
+
+    Returns
+    -------
+    tests : list of BendTest
+        In the order of the flights.
+    found : list of int
+        Flights to have terms: none, or all whose bends the block determines.
+
+    Notes
+    -----
+    A bend of one flight bends the points, and with them the models of the others: so
+    the clearest takes part where the others are tested. What bends one, a lens, a plate
+    or the Earth, mostly bends the others too, though they may not show it: their terms
+    cost little where they are not needed.
+    """
+    left, found, tests = sorted(set(terms.flight.tolist())), [], {}
+    while left:
+        now = {k: _test(solution, terms, answer, made, k, found) for k in left}
+        tests.update(now)
+        clearest = min(left, key=lambda k: np.nan_to_num(now[k].p_value, nan=1.0))
+        if not now[clearest].p_value < significance:
+            break
+        left.remove(clearest)
+        found.append(clearest)
+    every = [tests[k] for k in sorted(tests)]
+    return every, [t.flight for t in every if found and np.isfinite(t.p_value)]
+
+
+def _test(solution, terms, answer, made, flight, beside):
+    """Test of one flight beside others that are bent."""
+    used = np.flatnonzero(np.isin(terms.flight, [flight, *beside]))
+    own = np.flatnonzero(terms.flight[used] == flight)
+    nothing = BendTest(flight, len(own), *[np.nan] * 5)
+    square = np.ix_(used, used)
+    try:
+        cofactors = inverse_of_common(answer.normals[square], answer.whole[used])
+    except UndeterminedTermsError:
+        return nothing
+    sums = answer.sums(solution.residuals)[used]
+    found = -cofactors @ sums
+    rest = solution.redundancy - len(used)
+    left = solution.sum_of_squares + sums @ found
+    if rest <= 0 or not left > 0.0:
+        return nothing
+    covariance = (cofactors @ made.sums[square] @ cofactors)[np.ix_(own, own)]
+    away = found[own] @ np.linalg.solve(covariance, found[own])
+    f = away / len(own) / (left / rest / made.unit_variance)
+    heights = answer.on_ground[:, 2, used[own]] @ found[own]
+    of_row = solution.observations.flight[solution.observations.model]
+    rows = (of_row == flight) & np.isfinite(terms.position[:, 0])
+    sizes = _sizes(heights[rows], terms.position[rows])
+    p_value = float(fdtrc(len(own), rest, f))
+    return BendTest(flight, len(own), float(f), p_value, *sizes)
+
+
+def _sizes(heights, position):
+    """RMS of what no plane takes up over the points, in the middle, at the edge."""
+    plane = np.column_stack([np.ones(len(position)), position])
+    squares = (heights - plane @ np.linalg.lstsq(plane, heights)[0]) ** 2
+    away = np.abs(position).max(axis=1)
+    return tuple(
+        float(np.sqrt(np.mean(squares[part]))) if part.any() else np.nan
+        for part in (away >= 0.0, away < MIDDLE, away > EDGE)
+    )
