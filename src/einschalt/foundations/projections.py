@@ -214,6 +214,22 @@ def axis_letters(crs):
     return meant if is_plane and set(meant) == {"X", "Y"} else None
 
 
+def is_of_krovak(crs):
+    """Whether a system is one of Krovak's projection, of Czechia and Slovakia.
+
+    Land surveyors count its coordinates to the west and south.
+
+    >>> is_of_krovak("EPSG:5514"), is_of_krovak("EPSG:31255"), is_of_krovak(None)
+    (True, False, False)
+    """
+    if crs is None:
+        return False
+    system = read_source_crs(crs)
+    plane = (system.sub_crs_list or [system])[0]
+    way = plane.coordinate_operation
+    return way is not None and "Krovak" in way.method_name
+
+
 def is_northing_first(crs):
     """Whether the northing or latitude is the first axis of a system.
 

@@ -193,6 +193,41 @@ def test_which_letter_is_the_easting(tmp_path, text, said, reason):
     assert reason is None or table.notes[-1].endswith(reason)
 
 
+@pytest.mark.parametrize(
+    ("crs", "text", "easts"),
+    [
+        # a list of a map program: X to the east, which the system calls Y
+        ("EPSG:31255", "Nr;X;Y\nA;13000.1;322000.2\n", 13000.1),
+        # of Czechia, with the signs of maps, and under letters of geodesists
+        ("EPSG:5514", "ID;Y;X\nA;-646099.5;-1060562.5\n", -646099.5),
+    ],
+)
+def test_where_the_points_lie_goes_before_the_names_of_the_axes(
+    tmp_path, crs, text, easts
+):
+    table = read_text(tmp_path, text, Said(crs=crs))
+    assert table.frame["easting"].tolist() == [easts]
+    assert "since only so the points lie in the area of " in table.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("header", "names"), [("ID Y X Z\n", "'Y'"), ("", "'column 2'")]
+)
+def test_krovak_counted_to_the_west_and_south(tmp_path, header, names):
+    rows = "0001 646099.78 1060562.13 219.88\n0002 646095.99 1060561.02 219.99\n"
+    table = read_text(tmp_path, header + rows, Said(crs="EPSG:5514"))
+    assert table.frame["easting"].tolist() == [-646099.78, -646095.99]
+    assert table.frame["northing"].tolist() == [-1060562.13, -1060561.02]
+    assert table.frame["height"].tolist() == [219.88, 219.99]
+    assert f"{names} counts to the west" in table.notes[-1]
+    # what is no number is said with its row
+    wrong = read_text(
+        tmp_path, header + rows.replace("095.99", "?"), Said(crs="EPSG:5514")
+    )
+    (fault,) = check_table(wrong.frame, CONTROL_POINTS).problems
+    assert "easting '646?' is not a number" in fault.found
+
+
 @pytest.mark.parametrize("crs", [None, UTM])
 def test_letters_that_nothing_explains_are_asked_about(tmp_path, crs):
     with pytest.raises(

@@ -78,6 +78,19 @@ def test_points_far_outside_are_noted_and_most_of_them_an_error(demo_block):
     assert notes == []
 
 
+@pytest.mark.parametrize(
+    ("easting", "northing", "remedy"),
+    [
+        (646099.8, 1060562.1, "Write a minus before both"),
+        (1060562.1, 646099.8, "Exchange the two columns, and write a minus before"),
+    ],
+)
+def test_points_that_count_to_the_south_and_west(easting, northing, remedy):
+    frame = pd.DataFrame({"point_id": ["1"], "easting": easting, "northing": northing})
+    (problem,), _ = where_problems(frame, "EPSG:5514", "list.csv", list)
+    assert remedy in problem.remedy
+
+
 def test_standard_errors_in_millimetres(demo_block):
     with pytest.raises(
         EinschaltError, match=r"standard_error_m 30; .*Did you give mill"

@@ -12,9 +12,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.column_words import (
-    GEODETIC,
     PLANE,
     columns_by_place,
     columns_meant,
@@ -32,13 +30,12 @@ from einschalt.foundations.decimal_commas import (
     without_commas,
     without_groups,
 )
-from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import ProjectionError, TableError, name_some
+from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.number_parsing import is_number
-from einschalt.foundations.projections import axis_letters, label_of
-from einschalt.foundations.tables import LINE, ROLES
+from einschalt.foundations.tables import ROLES
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.header_lengths import in_expected_units
+from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
 from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
 
@@ -117,7 +114,7 @@ def understood(frame, schema, said, meant, source, *, is_of_cells=False) -> Read
     refuse_other_lists(frame, meant, said, source)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:
-        frame, note = _with_axes(frame, said, meant, source)
+        frame, note = with_axes(frame, said.crs, meant, source)
         notes.append(note)
         hidden |= set(PLANE)
     if ROLE in schema.names and list(frame.columns).count(ROLE) == 1:
@@ -294,75 +291,6 @@ def _question_of_commas(frame, commas, source):
         "commas; otherwise take them out",
         file=source,
         row=_line(frame, commas.place),
-    )
-
-
-def _with_axes(frame, said, meant, source):
-    """The frame in which Y and X are what they are in their country."""
-    y, x = meant.letters
-    turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
-    named = None if meant.is_by_place else _by_name(said.crs)
-    if named is not None:
-        chosen = turned if named == GEODETIC else frame
-        reason = f"as {label_of(said.crs)} names its axes"
-    else:
-        is_inside = [_is_in_area(one, said.crs) for one in (frame, turned)]
-        if is_inside in ([True, False], [False, True]):
-            chosen = frame if is_inside[0] else turned
-            reason = f"since only so the points lie in the area of {label_of(said.crs)}"
-        elif meant.is_german:
-            chosen, reason = turned, "as German tables have them"
-        else:
-            raise _question_of_axes(meant, source, frame.index.name == LINE)
-    east = x if chosen is frame else y
-    north = y if chosen is frame else x
-    return chosen, f"{source}: {east!r} is easting, {north!r} is northing, {reason}"
-
-
-def _by_name(crs):
-    try:
-        return None if crs is None else axis_letters(crs)
-    except ProjectionError:  # said where the system is read
-        return None
-
-
-def _is_in_area(frame, crs):
-    """Whether the middle of the points lies in the area of their system."""
-    if crs is None:
-        return None
-    try:
-        is_inside = in_extent(*(_median(frame[name]) for name in PLANE), crs)
-    except ProjectionError:
-        return None
-    return None if is_inside is None else bool(is_inside)
-
-
-def _median(series):
-    values = pd.to_numeric(series, errors="coerce").to_numpy(float, na_value=np.nan)
-    finite = values[np.isfinite(values)]
-    return float(np.median(finite)) if len(finite) else np.nan
-
-
-def _question_of_axes(meant, source, has_lines):
-    y, x = (shortened(name) for name in meant.letters)
-    if meant.is_by_place:
-        return TableError(
-            f"the columns have no names: which of '{x}' and '{y}' is the easting? "
-            "Nothing here tells",
-            expected="a line with their names, or a word on them",
-            remedy=f'Say columns = {{easting = "{x}", northing = "{y}"}} in '
-            "block.toml, or the other way round",
-            file=source,
-            row=1 if has_lines else None,
-        )
-    return TableError(
-        f"columns '{y}' and '{x}': which of them is the easting? Austria, Germany and "
-        "Switzerland write Y for it, most others X, and nothing else here tells",
-        expected="easting and northing by these names, or a word on them",
-        remedy=f'Say columns = {{easting = "{y}", northing = "{x}"}} in block.toml, or '
-        "the other way round",
-        file=source,
-        row=1 if has_lines else None,
     )
 
 

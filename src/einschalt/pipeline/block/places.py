@@ -99,6 +99,7 @@ def _outside(easting, northing, crs, source):
         ways.append(f"These coordinates may be in one of {several}: correct crs")
     if there:
         ways.append(f"The place belongs to {', '.join(there)}: transform into that")
+    ways += _with_other_signs(easting, northing, crs)
     remedy = ". Or: ".join(ways) or "Check crs, and the unit of the coordinates"
     return ConsistencyError(
         f"the points, about {names[0]} {middle[0]:.{digits}f}, {names[1]} "
@@ -107,6 +108,15 @@ def _outside(easting, northing, crs, source):
         remedy=remedy,
         file=source,
     )
+
+
+def _with_other_signs(easting, northing, crs):
+    """What to do where points that count to the south and west lie in the area."""
+    if in_extent(-np.median(northing), -np.median(easting), crs):
+        return ["Exchange the two columns, and write a minus before both"]
+    if in_extent(-np.median(easting), -np.median(northing), crs):
+        return ["Write a minus before both"]
+    return []
 
 
 def _area(crs):

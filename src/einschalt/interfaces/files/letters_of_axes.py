@@ -1,0 +1,135 @@
+"""A Y and an X on the ground: which of them is the easting, and where they count to.
+
+The points tell, if they lie in the area of their system in one order alone. Otherwise
+its names of the axes do, or the language of the table; what nothing tells is asked.
+"""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.areas_of_use import in_extent
+from einschalt.foundations.column_words import GEODETIC, PLANE
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import ProjectionError, TableError
+from einschalt.foundations.projections import axis_letters, is_of_krovak, label_of
+from einschalt.foundations.tables import LINE
+
+
+def with_axes(frame, crs, meant, source):
+    """The frame in which Y and X are what they are in their country, and a note.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Y as northing and X as easting, for the time being.
+    crs : str or None
+        System of the points.
+    meant : Meant
+        What the names of the columns mean.
+    source : str
+        Name of the file.
+
+    Raises
+    ------
+    TableError
+        Nothing tells which of them is the easting.
+    """
+    y, x = meant.letters
+    turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
+    named = None if meant.is_by_place else _by_name(crs)
+    by_name = None if named is None else turned if named == GEODETIC else frame
+    chosen, reason = by_name, f"as {label_of(crs)} names its axes"
+    is_inside = [_is_in_area(one, crs) for one in (frame, turned)]
+    if is_inside in ([True, False], [False, True]):
+        by_area = frame if is_inside[0] else turned
+        if by_area is not by_name:  # what the points show goes before any custom
+            chosen = by_area
+            reason = f"since only so the points lie in the area of {label_of(crs)}"
+    elif is_inside == [False, False]:
+        orders = {(y, x): turned, (x, y): frame}
+        for names, one in orders.items():
+            counted = _to_south_and_west(one, crs)
+            if counted is not None:
+                return counted, _note_of_signs(*names, crs, source)
+    if chosen is None and meant.is_german:
+        chosen, reason = turned, "as German tables have them"
+    if chosen is None:
+        raise _question_of_axes(meant, source, frame.index.name == LINE)
+    east = x if chosen is frame else y
+    north = y if chosen is frame else x
+    return chosen, f"{source}: {east!r} is easting, {north!r} is northing, {reason}"
+
+
+def _to_south_and_west(frame, crs):
+    """Coordinates of Krovak's projection that count to the west and south, or None.
+
+    So do those of the land survey; the systems whose axes point to the east and north
+    have the same numbers with a minus.
+    """
+    if not is_of_krovak(crs):
+        return None
+    counted = frame.assign(**{name: _negative(frame[name]) for name in PLANE})
+    return counted if _is_in_area(counted, crs) else None
+
+
+def _negative(series):
+    """Values with the other sign; what is no number stays as it is, to be refused."""
+    numbers = pd.to_numeric(series, errors="coerce").astype(float)
+    if not (numbers.isna() & series.notna()).any():
+        return -numbers
+    return (-numbers).astype(object).where(numbers.notna(), series)
+
+
+def _note_of_signs(west, south, crs, source):
+    return (
+        f"{source}: {west!r} counts to the west, {south!r} to the south, since only so "
+        f"the points lie in the area of {label_of(crs)}: with a minus they are easting "
+        "and northing"
+    )
+
+
+def _by_name(crs):
+    try:
+        return None if crs is None else axis_letters(crs)
+    except ProjectionError:  # said where the system is read
+        return None
+
+
+def _is_in_area(frame, crs):
+    """Whether the middle of the points lies in the area of their system."""
+    if crs is None:
+        return None
+    try:
+        is_inside = in_extent(*(_median(frame[name]) for name in PLANE), crs)
+    except ProjectionError:
+        return None
+    return None if is_inside is None else bool(is_inside)
+
+
+def _median(series):
+    values = pd.to_numeric(series, errors="coerce").to_numpy(float, na_value=np.nan)
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else np.nan
+
+
+def _question_of_axes(meant, source, has_lines):
+    y, x = (shortened(name) for name in meant.letters)
+    if meant.is_by_place:
+        return TableError(
+            f"the columns have no names: which of '{x}' and '{y}' is the easting? "
+            "Nothing here tells",
+            expected="a line with their names, or a word on them",
+            remedy=f'Say columns = {{easting = "{x}", northing = "{y}"}} in '
+            "block.toml, or the other way round",
+            file=source,
+            row=1 if has_lines else None,
+        )
+    return TableError(
+        f"columns '{y}' and '{x}': which of them is the easting? Austria, Germany and "
+        "Switzerland write Y for it, most others X, and nothing else here tells",
+        expected="easting and northing by these names, or a word on them",
+        remedy=f'Say columns = {{easting = "{y}", northing = "{x}"}} in block.toml, or '
+        "the other way round",
+        file=source,
+        row=1 if has_lines else None,
+    )
