@@ -67,6 +67,11 @@ def read_crs(text):
             raise ProjectionError(
                 f"crs = {system_label(crs)} has the axes {axes}", **given
             )
+        if crs.is_projected:  # in feet, most often
+            given["remedy"] = (
+                "Name one in metres for the block, such as the UTM zone of the same "
+                "datum, and this one as crs of the table of its points, in block.toml"
+            )
         axes = ", ".join(sorted(units))
         raise ProjectionError(f"crs = {system_label(crs)} has axes in {axes}", **given)
     return _with_usual_axes(crs)

@@ -193,20 +193,19 @@ def test_which_letter_is_the_easting(tmp_path, text, said, reason):
     assert reason is None or table.notes[-1].endswith(reason)
 
 
-@pytest.mark.parametrize(
-    ("crs", "text", "easts"),
-    [
-        # a list of a map program: X to the east, which the system calls Y
-        ("EPSG:31255", "Nr;X;Y\nA;13000.1;322000.2\n", 13000.1),
-        # of Czechia, with the signs of maps, and under letters of geodesists
-        ("EPSG:5514", "ID;Y;X\nA;-646099.5;-1060562.5\n", -646099.5),
-    ],
-)
-def test_where_the_points_lie_goes_before_the_names_of_the_axes(
-    tmp_path, crs, text, easts
-):
-    table = read_text(tmp_path, text, Said(crs=crs))
-    assert table.frame["easting"].tolist() == [easts]
+def test_letters_that_the_area_contradicts_are_asked_about(tmp_path):
+    # a list of a map program: X to the east, which the system calls Y
+    text = "Nr;X;Y\nA;13000.1;322000.2\n"
+    with pytest.raises(TableError, match=r"'Y' is the easting as .* two exchanged"):
+        read_text(tmp_path, text, Said(crs=AUSTRIA))
+    said = Said({"easting": "X", "northing": "Y"}, crs=AUSTRIA)
+    assert read_text(tmp_path, text, said).frame["easting"].tolist() == [13000.1]
+
+
+def test_letters_of_czech_surveyors_with_the_signs_of_maps(tmp_path):
+    text = "ID;Y;X\nA;-646099.5;-1060562.5\n"
+    table = read_text(tmp_path, text, Said(crs="EPSG:5514"))
+    assert table.frame["easting"].tolist() == [-646099.5]
     assert "since only so the points lie in the area of " in table.notes[-1]
 
 
@@ -226,6 +225,41 @@ def test_krovak_counted_to_the_west_and_south(tmp_path, header, names):
     )
     (fault,) = check_table(wrong.frame, CONTROL_POINTS).problems
     assert "easting '646?' is not a number" in fault.found
+
+
+IN_FEET = "EPSG:3436"  # Illinois West, US survey feet
+ROVER = "Name,Easting,Northing,Elevation\nTCU1,2434191.346,1475350.261,570.143\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "mend"),
+    [
+        (ROVER, r"\+6360; if they are metres, call the column 'Elevation \[m\]'"),
+        (
+            "1,1475350.261,2434191.346,570.143,CP\n2,1475450.2,2434291.3,571.1,CP\n",
+            r"write a line of names above the values, with height \[m\]",
+        ),
+    ],
+)
+def test_heights_beside_feet_are_asked_about(tmp_path, text, mend):
+    with pytest.raises(
+        TableError, match=rf"in US survey foot units: in which are the heights.*{mend}"
+    ):
+        read_text(tmp_path, text, Said(crs=IN_FEET))
+
+
+@pytest.mark.parametrize(
+    ("text", "crs"),
+    [
+        (ROVER, f"{IN_FEET}+6360"),  # their system has a unit
+        (ROVER.replace("Elevation", "Elevation [m]"), IN_FEET),
+        (ROVER.replace("Elevation", "height"), IN_FEET),  # as docs/columns.md says
+        (ROVER, None),
+    ],
+)
+def test_heights_with_a_unit_stay_beside_feet(tmp_path, text, crs):
+    frame = read_text(tmp_path, text, Said(crs=crs)).frame
+    assert frame["height"].tolist() == [570.143]
 
 
 @pytest.mark.parametrize("crs", [None, UTM])

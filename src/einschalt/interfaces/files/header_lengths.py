@@ -8,8 +8,10 @@ are brought to it. What contradicts itself is refused.
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.errors import TableError
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import ProjectionError, TableError
 from einschalt.foundations.header_units import METRES_PER_LENGTH, PIXELS, is_length
+from einschalt.foundations.projections import METRE, code_of, read_source_crs
 from einschalt.foundations.tables import IMAGE_PAIRS, IMAGE_POINTS
 from einschalt.foundations.units import METRES_PER_UNIT
 
@@ -22,6 +24,9 @@ PLACES = (
 OF_A_MODEL = ("model_points", "y_parallaxes", "models")
 OF_IMAGES = (IMAGE_POINTS.name, IMAGE_PAIRS.name)
 MM, M = "mm", "m"
+HEIGHT = "height"
+# NAVD88 in the feet of a plane system
+HEIGHTS_IN_FEET = {"US survey foot": "6360", "foot": "8228"}
 
 
 def in_expected_units(frame, meant, schema, said, source):
@@ -46,6 +51,38 @@ def in_expected_units(frame, meant, schema, said, source):
         _require_kind_of_image(meant, unit, said.unit, source)
         return frame, None, unit
     return *_converted(frame, meant, expected, source), unit
+
+
+def require_unit_of_heights(frame, meant, crs, source):
+    """Refuse heights without a unit beside coordinates in feet: who knows in which.
+
+    ``crs``: system of the points. Heights in a column ``height`` are metres, and those
+    that have a system are in its unit.
+    """
+    name = meant.translated.get(HEIGHT)
+    is_open = name is not None and HEIGHT not in meant.units and HEIGHT in frame
+    if crs is None or not is_open or not frame[HEIGHT].notna().any():
+        return
+    try:
+        system = read_source_crs(crs)
+    except ProjectionError:  # said where the system is read
+        return
+    unit = system.axis_info[0].unit_name
+    if not system.is_projected or len(system.axis_info) > 2 or unit == METRE:
+        return
+    added = HEIGHTS_IN_FEET.get(unit)
+    example = "" if added is None else f", such as {code_of(system)}+{added}"
+    shown = shortened(name)
+    named = f"call the column '{shown} [m]'"
+    if meant.is_by_place:
+        named = "write a line of names above the values, with height [m]"
+    raise TableError(
+        f"the coordinates are in {unit} units: in which are the heights of '{shown}'?",
+        expected="heights in metres, or a system of heights in crs",
+        remedy=f"Add the system of the heights to that of the points{example}; if they "
+        f"are metres, {named}",
+        file=source,
+    )
 
 
 def in_written_units(frame, schema, unit, source):

@@ -1,7 +1,7 @@
 """A Y and an X on the ground: which of them is the easting, and where they count to.
 
-The points tell, if they lie in the area of their system in one order alone. Otherwise
-its names of the axes do, or the language of the table; what nothing tells is asked.
+Their system tells, by the names of its axes or by its area, or the language of the
+table. What nothing tells is asked, and so is what the names and the area contradict.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def with_axes(frame, crs, meant, source):
     Raises
     ------
     TableError
-        Nothing tells which of them is the easting.
+        Nothing tells which of them is the easting, or it is contradicted.
     """
     y, x = meant.letters
     turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
@@ -42,7 +42,9 @@ def with_axes(frame, crs, meant, source):
     is_inside = [_is_in_area(one, crs) for one in (frame, turned)]
     if is_inside in ([True, False], [False, True]):
         by_area = frame if is_inside[0] else turned
-        if by_area is not by_name:  # what the points show goes before any custom
+        if by_name is not None and by_area is not by_name and not is_of_krovak(crs):
+            raise _contradiction(meant, crs, named, source, frame.index.name == LINE)
+        if by_area is not by_name:
             chosen = by_area
             reason = f"since only so the points lie in the area of {label_of(crs)}"
     elif is_inside == [False, False]:
@@ -110,6 +112,21 @@ def _median(series):
     values = pd.to_numeric(series, errors="coerce").to_numpy(float, na_value=np.nan)
     finite = values[np.isfinite(values)]
     return float(np.median(finite)) if len(finite) else np.nan
+
+
+def _contradiction(meant, crs, named, source, has_lines):
+    """Which of both is the easting, where only exchanged axes put the points there."""
+    y, x = (shortened(name) for name in meant.letters)
+    east, north = (y, x) if named == GEODETIC else (x, y)
+    return TableError(
+        f"'{east}' is the easting as {label_of(crs)} names its axes, and the points "
+        "lie in its area only with the two exchanged",
+        expected=f"eastings in '{east}', or a word on them",
+        remedy=f'Say columns = {{easting = "{north}", northing = "{east}"}} in '
+        "block.toml, or correct crs",
+        file=source,
+        row=1 if has_lines else None,
+    )
 
 
 def _question_of_axes(meant, source, has_lines):

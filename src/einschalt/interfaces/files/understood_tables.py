@@ -34,7 +34,10 @@ from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.tables import ROLES
 from einschalt.foundations.typesetting import count
-from einschalt.interfaces.files.header_lengths import in_expected_units
+from einschalt.interfaces.files.header_lengths import (
+    in_expected_units,
+    require_unit_of_heights,
+)
 from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
 from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
@@ -111,6 +114,7 @@ def understood(frame, schema, said, meant, source, *, is_of_cells=False) -> Read
     notes.insert(0, repeated)
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
+    require_unit_of_heights(frame, meant, said.crs, source)
     refuse_other_lists(frame, meant, said, source)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:

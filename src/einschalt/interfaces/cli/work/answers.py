@@ -10,6 +10,9 @@ OF_TABLES = COMMAS_ANSWERED | {
     "Give --points-crs": (
         "Say which by --crs, such as --crs EPSG:4326, or the system of the receiver"
     ),
+    "in block.toml, or correct crs": (
+        "Call the two columns easting and northing as they are, or correct --crs"
+    ),
     "Say columns = {easting": (
         "Name the system by --crs, or write a line point_id, easting, northing, or the "
         "other way round, above the values"
