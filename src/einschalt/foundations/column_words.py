@@ -1,8 +1,6 @@
 """What surveyors call the columns of their tables, and the kinds of their points.
 
-German, English, French and Italian words, folded: ``Pkt.-Nr.`` is ``pktnr``, ``Höhe``
-is ``hoehe``. A word that may mean several things is not here: precision stands under
-many names, and only its owner knows whether it is total or of one coordinate.
+Names are compared folded: ``Pkt.-Nr.`` is ``pktnr``, ``Höhe`` is ``hoehe``.
 """
 
 import re
@@ -20,91 +18,8 @@ from einschalt.foundations.header_units import (
     may_be_in,
     parted_unit,
 )
+from einschalt.foundations.words_of_surveyors import KINDS, WORDS
 
-# canonical name: words by language; each list stands in the order of preference
-WORDS = {
-    "point_id": {
-        "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
-        "punktkennung ptnr punkt pkt",
-        "en": "pointid pointnumber pointno pointnr pointname pointref point pt ptid "
-        "ptno ptnumber ptname opid gcp gcpid gcpname gcplabel label",
-        "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
-        "nompoint matricule",
-        "it": "numeropunto numpunto nomepunto nrpunto punto",
-        "": "id nr no num nummer number numero name nom nome p",
-    },
-    "easting": {
-        "de": "rechtswert ostwert rw ost rechts",
-        "en": "easting eastings east pointx",
-        "fr": "est abscisse",
-        "it": "coordinataest",
-        "": "e",
-    },
-    "northing": {
-        "de": "hochwert nordwert hw nord hoch",
-        "en": "northing northings north pointy",
-        "fr": "ordonnee",
-        "it": "coordinatanord",
-        "": "n",
-    },
-    "longitude": {"de": "laenge", "en": "longitude lon long lng", "it": "longitudine"},
-    "latitude": {"de": "breite", "en": "latitude lat", "it": "latitudine"},
-    "height": {
-        "de": "hoehe meereshoehe gebrauchshoehe orthometrischehoehe",
-        "en": "height elevation elev altitude alt pointz",
-        "fr": "hauteur cote",
-        "it": "quota altezza altitudine",
-        "": "h z",
-    },
-    "role": {
-        "de": "art punktart rolle verwendung",
-        "en": "role kind usage",
-        "fr": "genre nature",
-        "it": "ruolo genere",
-        "": "typ type tipo",
-    },
-    "coverage": {
-        "de": "ueberdeckung befliegung deckung",
-        "en": "coverage",
-        "fr": "couverture recouvrement",
-        "it": "copertura ricoprimento",
-    },
-    "model_id": {
-        "de": "modell modellnummer modellnr modellname modellid stereomodell bildpaar "
-        "bildpaarnummer bildpaarnr stereopaar",
-        "en": "model modelid modelnumber modelno modelname stereomodel imagepair "
-        "stereopair",
-        "fr": "modele numeromodele couple couplestereo",
-        "it": "modello numeromodello modellostereo",
-    },
-    "image_id": {
-        "de": "bild bildnummer bildnr bildname bildid messbild foto fotonr",
-        "en": "image imageid imagename imageno photo photoid photono photoname",
-        "fr": "cliche numerocliche nomimage",
-        "it": "immagine fotogramma numerofotogramma nomeimmagine",
-    },
-    "left_image": {
-        "de": "linkesbild bildlinks bild1",
-        "en": "leftimage imageleft leftphoto image1",
-        "fr": "imagegauche clichegauche",
-        "it": "immaginesinistra fotogrammasinistro",
-    },
-    "right_image": {
-        "de": "rechtesbild bildrechts bild2",
-        "en": "rightimage imageright rightphoto image2",
-        "fr": "imagedroite clichedroit",
-        "it": "immaginedestra fotogrammadestro",
-    },
-    "base": {"de": "basis basislaenge", "en": "base", "fr": "base", "it": "base"},
-    "n_settings": {"de": "einstellungen anzahleinstellungen", "en": "nsettings"},
-    "setting": {"de": "einstellung", "en": "setting pointing"},
-    "y_parallax": {
-        "de": "yparallaxe vertikalparallaxe py",
-        "en": "yparallax",
-        "fr": "parallaxey parallaxeverticale",
-        "it": "parallassey parallasseverticale",
-    },
-}
 WEAK_NAMES = WORDS["point_id"][""].split()
 FIRST_NAME = WEAK_NAMES.index("name")  # before it are numbers
 WEIGHT = WEAK_NAMES.index("p")  # a code as well; behind it is no name
@@ -116,26 +31,6 @@ LETTERS = {
 PLANE = ("easting", "northing")
 GEODETIC = {"Y": "easting", "X": "northing"}
 MATHEMATICAL = {"Y": "northing", "X": "easting"}
-KINDS = {
-    "control": {
-        "de": "passpunkt vollpasspunkt lagepasspunkt festpunkt pp",
-        "en": "control controlpoint groundcontrolpoint gcp",
-        "fr": "pointdappui pointdecalage",
-        "it": "puntodappoggio puntodiappoggio",
-    },
-    "check": {
-        "de": "kontrollpunkt pruefpunkt kp",
-        "en": "check checkpoint independentcheckpoint",
-        "fr": "pointdeverification",
-        "it": "puntodiverifica",
-    },
-    "new": {
-        "de": "neupunkt einschaltpunkt einschaltepunkt verknuepfungspunkt np",
-        "en": "new newpoint tiepoint",
-        "fr": "pointnouveau nouveaupoint pointdeliaison",
-        "it": "puntonuovo puntodilegame",
-    },
-}
 LONGEST_NAME = 60
 # systems and ways of measuring that programs write behind E, N and H
 ENDING = re.compile(
@@ -146,6 +41,19 @@ ENDING = re.compile(
 )
 METRES_ABOVE = re.compile(rf"[\s,]+m\s*{ABOVE}$", re.IGNORECASE)
 NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
+# a letter beside a word, in brackets or behind a stroke: Rechtswert (Y), X (North)
+BETWEEN = r"\s*[(\[/_]\s*"
+WITH_LETTER = (
+    re.compile(
+        rf"\s*(?P<word>[^()\[\]/_]+?){BETWEEN}(?P<letter>[a-z])\s*[)\]]?\s*",
+        re.IGNORECASE,
+    ),
+    re.compile(
+        rf"\s*(?P<letter>[a-z]){BETWEEN}(?P<word>[^()\[\]/_]+?)\s*[)\]]?\s*",
+        re.IGNORECASE,
+    ),
+)
+PLACES = (*PLANE, "height")
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
 
 
@@ -354,12 +262,47 @@ def _without_ending(name):
     return name
 
 
+def _without_letter(name):
+    """Name without the letter of its axis, where a word beside that tells more.
+
+    >>> _without_letter("Rechtswert (Y)"), _without_letter("X (Nord)")
+    ('Rechtswert', 'Nord')
+    >>> _without_letter("N (X)"), _without_letter("y (H)")
+    ('N', 'y (H)')
+    """
+    if len(name) > LONGEST_NAME:
+        return name
+    for pattern in WITH_LETTER:
+        found = pattern.fullmatch(name)
+        if found is not None and _tells_more(folded(found["word"]), found):
+            return found["word"]
+    return name
+
+
+def _tells_more(word, found):
+    """Whether a word means one place on the ground, and no other than its letter.
+
+    H may be Hochwert or a height, and E_N a covariance.
+    """
+    letter = found["letter"].casefold()
+    meant = [place for place in PLACES if (place, word) in COLUMN_WORDS]
+    if len(meant) != 1:
+        return False
+    if len(word) == 1:
+        return word in "en" and letter in "xy" and "_" not in found[0]
+    is_height = meant == ["height"]
+    return letter in ("zh" if is_height else "xy") or letter == word[0]
+
+
 def _word_in(name, unit, *, is_plain=False):
     """Folded word before the unit; None where that is another kind of unit.
 
     ``is_plain``: units without brackets and systems behind the word are left out too.
     """
-    word, said = parted_unit(name, is_plain=is_plain)
+    if is_plain:
+        name = _without_ending(name)
+    word, said = parted_unit(_without_letter(name), is_plain=is_plain)
+    word = _without_letter(word)
     if is_plain:
         word = _without_ending(word)
     return folded(word) if said is None or may_be_in(said, unit) else None

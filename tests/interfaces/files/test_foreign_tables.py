@@ -193,6 +193,33 @@ def test_which_letter_is_the_easting(tmp_path, text, said, reason):
     assert reason is None or table.notes[-1].endswith(reason)
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Nr;Rechtswert (Y);Hochwert (X);Höhe (H)",
+        "Nr;Y (Ost);X (Nord);Z",
+        "Nr;Y(E);X(N);H",
+        "Nr;E (Y);N (X);Z [m]",
+        "Nr;Y/Rechtswert;X/Hochwert;Höhe (NHN)",
+        "Point;Easting (X) [m];Northing (Y) [m];Elevation (Z) [m]",
+        "Name;X_East;Y_North;Elev",
+        "Point Id;Easting;Northing;Ortho. Height [m]",
+    ],
+)
+def test_a_letter_may_stand_beside_the_word(tmp_path, header):
+    table = read_text(tmp_path, f"{header}\n07;600000.1;5340000.2;300.5\n")
+    assert table.frame.iloc[0].tolist()[:4] == ["07", 600000.1, 5340000.2, 300.5]
+    assert list(table.frame)[1:4] == [*PLANE, "height"]
+    assert len(table.notes) == 1
+
+
+def test_letters_that_contradict_each_other_are_no_coordinates(tmp_path):
+    # a covariance, a height or a Hochwert
+    text = "Nr;Rechtswert;Hochwert;E (N);E_N;y (H)\nA;600000.1;5340000.2;1;2;3\n"
+    frame = read_text(tmp_path, text).frame
+    assert list(frame)[1:] == [*PLANE, "E (N)", "E_N", "y (H)"]
+
+
 def test_letters_that_the_area_contradicts_are_asked_about(tmp_path):
     # a list of a map program: X to the east, which the system calls Y
     text = "Nr;X;Y\nA;13000.1;322000.2\n"

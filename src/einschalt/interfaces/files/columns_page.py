@@ -14,7 +14,7 @@ from einschalt.foundations.column_meanings import (
     TABLES,
     meaning_of,
 )
-from einschalt.foundations.column_words import KINDS, WORDS, folded
+from einschalt.foundations.column_words import folded
 from einschalt.foundations.errors import SettingsError, name_some
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.plan_column_meanings import (
@@ -22,6 +22,7 @@ from einschalt.foundations.plan_column_meanings import (
     PLAN_TABLES,
     meaning_in_plan,
 )
+from einschalt.foundations.words_of_surveyors import KINDS, WORDS
 from einschalt.interfaces.files.result_folder import FIRST_COLUMNS
 
 SCHEMAS = {
