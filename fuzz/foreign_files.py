@@ -144,12 +144,29 @@ GSI = """\
 410002+00000TRE 42....+00000000
 110003+00001002 84..10+00013826 85..18+00322000
 """
+SDR = f"""\
+00NMSDR33 V04-04.34     25-Nov-15 12:33 111121
+10NMtemp            121111
+08CO{"P 7":>16}{"1.50000000":16}{"-2.25000000":16}{"3.50000000":16}GCP
+02TP{"P 7":>16}{"1.50000000":16}{"-2.25000000":16}{"3.50000000":16}1.6
+09F1{"P 7":>16}{"0001":>16}{"479.323":16}{"122.85694444":16}{"212.36416667":16}
+"""
+NIKON = """\
+CO,Nikon RAW data format V2.00
+CO,Dist Units: Metres
+CO,Coord Order: NEZ
+UP,P 7,,-2.250,1.500,3.500,GCP
+ST,P 7,,,,1.400,55.4500,55.4500
+SS,3,1.200,330.706,326.027,20.320,07:13:46,SIGN
+"""
 # table, then what stands in its first row
 READ = {
     "a.xml": (LANDXML, "control_points", ["A", 1.0, 2.0, 3.0]),
     "a.kml": (KML, "control_points", ["P 1", 13.5, 48.25, 411.5, "control"]),
     "a.jxl": (JOBXML, "control_points", ["P 1", 1.5, 2.25, 3.5]),
     "a.gsi": (GSI, "control_points", ["P7", 1.5, -2.25, 3.5]),
+    "a.sdr": (SDR, "control_points", ["P 7", 1.5, -2.25, 3.5]),
+    "a.raw": (NIKON, "control_points", ["P 7", 1.5, -2.25, 3.5]),
     "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),
     "dico.xml": (DICO, "control_points", ["P1", 1.0, 2.0, 3.0, 0.01, 0.02, 0.03]),
     "mes.xml": (MEASURED, "image_points", ["a.tif", "P1", 5.5, 6.0]),

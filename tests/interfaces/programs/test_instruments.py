@@ -1,4 +1,4 @@
-"""Points of Leica's GSI and of Trimble's JobXML."""
+"""Points of Leica's GSI, Trimble's JobXML, and books of Sokkia and Nikon."""
 
 import time
 
@@ -300,3 +300,71 @@ def test_a_job_without_a_system_states_none(tmp_path):
     found = job(tmp_path, "</JOBFile>")
     assert found.crs is None
     assert not [one for one in found.notes if "system" in one]
+
+
+def record(name, *numbers, widths=(16, 16), kind="08KI"):
+    """A point of a book of SDR."""
+    width, of_number = widths
+    return f"{kind}{name:>{width}}" + "".join(f"{n:<{of_number}}" for n in numbers)
+
+
+@pytest.mark.parametrize(
+    ("version", "widths"),
+    [("SDR33 V04-04.34", (16, 16)), ("SDR20     V03-05", (4, 10))],
+)
+@pytest.mark.parametrize("order", [1, 2])  # northing, easting or easting, northing
+def test_the_header_of_sdr_tells_which_coordinate_comes_first(
+    tmp_path, version, widths, order
+):
+    values = [(5.0, 7.0, 9.0), (6.0, 8.0, "")]
+    if order == 1:
+        values = [(north, east, height) for east, north, height in values]
+    names = ["0012", "B-1"]
+    points = [record(n, *v, widths=widths) for n, v in zip(names, values, strict=True)]
+    header = f"\x0200NM{version}  25-Sep-10 22:10 1131{order}1"
+    text = "\n".join([header, *points, points[0], record("C", "", "", widths=widths)])
+    found = read(tmp_path, "a.sdr", f"{text}\n")
+    table = found.tables["control_points"]
+    assert table["point_id"].tolist() == names  # each once
+    assert table["easting"].tolist() == [5.0, 6.0]
+    assert table["northing"].tolist() == [7.0, 8.0]
+    assert table["height"].fillna(-1.0).tolist() == [9.0, -1.0]
+    first = "northing" if order == 1 else "easting"
+    said = " ".join(found.notes)
+    assert f"the {first} comes first, as the header has it" in said
+    assert "1 point without coordinates left out" in said
+
+
+BOOK = f"00NMSDR33 V04-04.34 25-Nov-15 12:33 111111\n{record('A', 5.0, 7.0, 9.0)}\n"
+RAW = READ["a.raw"][0]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.sdr", BOOK.replace("111111", "121111"), "row 1: the book is in feet"),
+        (
+            "a.sdr",
+            BOOK.replace("111111", "111131"),
+            "row 1: the header .* does not tell",
+        ),
+        ("a.sdr", BOOK.replace("111111", ""), "row 1: the header .* does not tell"),
+        ("a.sdr", BOOK.replace("7.0", "7,0"), "row 2: the point 'A' has '7,0'"),
+        ("a.sdr", BOOK.replace("7.0", "   "), "row 2: the point 'A' has one coord"),
+        ("a.sdr", BOOK.replace("   A", "    "), "row 2: a point has no name"),
+        ("a.sdr", BOOK.replace("08KI", "09F1"), "holds no coordinates"),
+        ("a.raw", RAW.replace("Metres", "Feet"), "row 2: the book is in feet"),
+        ("a.raw", RAW.replace("NEZ", "XYZ"), "row 4: nothing tells which coord"),
+        ("a.raw", RAW.replace("1.500", ""), "row 4: the point 'P 7' has one coord"),
+    ],
+)
+def test_books_without_coordinates_in_metres_are_refused(tmp_path, name, text, said):
+    with pytest.raises(EinschaltError, match=said):
+        read(tmp_path, name, text)
+
+
+def test_eastings_may_come_first_in_books_of_ruide(tmp_path):
+    text = RAW.replace("Nikon RAW data format", "Ruide Raw data").replace("NEZ", "ENZ")
+    for name in ("a.sdr", "a.txt"):  # as the instrument calls it, and as it is renamed
+        table = read(tmp_path, name, text).tables["control_points"]
+        assert table.iloc[0].tolist() == ["P 7", -2.25, 1.5, 3.5]

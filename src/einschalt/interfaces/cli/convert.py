@@ -23,9 +23,9 @@ def convert(
         typer.Argument(
             metavar="IN",
             help="A file of another program (Metashape, ODM, OpenSfM, MicMac, "
-            "PhotoModeler, GDAL, QGIS, IGN, LandXML, KML, DXF, GSI, JobXML, PAT-B, "
-            "BINGO, Match-AT, GNU Gama, SINEX), a folder of COLMAP or MicMac, or a "
-            "table of any kind.",
+            "PhotoModeler, GDAL, QGIS, IGN, LandXML, KML, DXF, GSI, SDR, Nikon, "
+            "JobXML, PAT-B, BINGO, Match-AT, GNU Gama, SINEX), a folder of COLMAP or "
+            "MicMac, or a table of any kind.",
         ),
     ],
     output: Annotated[

@@ -23,6 +23,7 @@ from einschalt.interfaces.programs import (
     bingo,
     colmap,
     drawing_points,
+    field_books,
     gama,
     gdal_gcps,
     ign,
@@ -64,6 +65,7 @@ class Format:
 
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
+BOOKS = (".sdr", ".raw", ".txt")
 # their end can be told
 CLOSED = (".vrt", ".tif", ".dxf", ".snx", ".json", ".p4d", ".opf", ".jxl", ".kml")
 FORMATS = (
@@ -71,6 +73,8 @@ FORMATS = (
     Format("jobxml", "JobXML of Trimble", jobxml.read_jobxml, (".jxl",)),
     Format("kml", "KML", kml_points.read_kml, (".kml",)),
     Format("gsi", "GSI of Leica", leica_gsi.read_gsi, (".gsi",)),
+    Format("sdr", "SDR of Sokkia", field_books.read_sdr, BOOKS, field_books.is_sdr),
+    Format("nikon", "Nikon", field_books.read_nikon, BOOKS, field_books.is_nikon),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
     Format(
