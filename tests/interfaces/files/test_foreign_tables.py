@@ -965,3 +965,45 @@ def test_new_points_of_our_own_results_are_no_control(good_result, tmp_path):
     n_new = len(good_result.points) - len(known)
     note = f"points.csv: {n_new} rows of role new left out: new points are no control."
     assert any(one.startswith(note) for one in points.attrs["notes"])
+
+
+def geojson(path, *features, crs=None):
+    """A GeoJSON of geometries and their attributes."""
+    content = {"type": "FeatureCollection", "features": []}
+    if crs:
+        content["crs"] = {"type": "name", "properties": {"name": crs}}
+    for kind, place, attributes in features:
+        shape = {"type": kind, "coordinates": place}
+        one = {"type": "Feature", "geometry": shape, "properties": attributes}
+        content["features"].append(one)
+    path.write_text(json.dumps(content))
+    return understand_table(path, CONTROL_POINTS)
+
+
+def test_an_only_point_of_a_multipoint_of_geojson_is_a_point(tmp_path):
+    path, name = tmp_path / "a.geojson", {"name": "1"}
+    place = [600000.5, 5340000.25]
+    table = geojson(path, ("MultiPoint", [place], name), crs=UTM)
+    assert table.frame[PLANE].iloc[0].tolist() == place
+    with pytest.raises(FileError, match="geometry of feature 1 is MultiPoint"):
+        geojson(path, ("MultiPoint", [place, place], name), crs=UTM)
+
+
+def test_plane_columns_beside_longitudes_of_a_layer_are_told_as_left_out(tmp_path):
+    # of a rover, drawn on a map of the web
+    row = {"Point ID": "S1", "North": 1542209.0, "East": 299865.5, "H [cm]": 33001.0}
+    crs = "urn:ogc:def:crs:OGC:1.3:CRS84"
+    table = geojson(tmp_path / "a.geojson", ("Point", [121.14, 13.94], row), crs=crs)
+    assert {"North", "East"} <= set(table.frame)
+    assert table.frame[["longitude", "latitude"]].iloc[0].tolist() == [121.14, 13.94]
+    assert table.frame["height"].tolist() == [330.01]
+    said = " ".join(table.notes)
+    assert "'Point ID' = point_id, 'H [cm]' = height" in said
+    assert "northing" not in said
+
+
+def test_a_unit_of_heights_stays_beside_letters_of_a_layer(tmp_path):
+    row = {"Nr": "1", "Y": 600000.5, "X": 5340000.0, "H [cm]": 33001.0}
+    place = [600000.5, 5340000.0]
+    table = geojson(tmp_path / "a.geojson", ("Point", place, row), crs=UTM)
+    assert table.frame["height"].tolist() == [330.01]

@@ -6,7 +6,7 @@ height where it has one; the attributes give the rest.
 """
 
 import sqlite3
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.near_words import nearest
 from einschalt.foundations.projections import read_source_crs
+from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.json_text import parsed_json
@@ -245,10 +246,12 @@ def _geojson(data, source):
 
 def _json_point(feature, place):
     geometry = feature["geometry"]
-    if geometry is None or geometry["type"] != "Point":
-        found = "missing" if geometry is None else str(geometry["type"])
-        raise ValueError(f"the geometry of feature {place + 1} is {found}")
-    return shapely.Point([float(value) for value in geometry["coordinates"][:3]])
+    kind = "missing" if geometry is None else str(geometry["type"])
+    is_alone = kind == "MultiPoint" and len(geometry["coordinates"]) == 1
+    if kind != "Point" and not is_alone:
+        raise ValueError(f"the geometry of feature {place + 1} is {kind}")
+    values = geometry["coordinates"][0] if is_alone else geometry["coordinates"]
+    return shapely.Point([float(value) for value in values[:3]])
 
 
 def _json_crs(given, shapes, source):
@@ -314,11 +317,19 @@ def _with_geometry(frame, layer, meant, schema, source):
     has_both = all(list(frame.columns).count(name) == 1 for name in names)
     if has_both and meant.letters is None:
         _refuse_others(frame[list(names)], xyz, names, source)
+    others = {n: meant.translated[n] for n in PLANE if n in meant.translated}
     if meant.letters is not None:  # the geometry knows which axis is which
-        frame = frame.rename(columns=dict(zip(PLANE, meant.letters[::-1], strict=True)))
+        others = dict(zip(PLANE, meant.letters[::-1], strict=True))
+    if others and (is_geographic or meant.letters is not None):
+        frame = frame.rename(columns=others)
         frame = frame.set_axis([str(n) for n in frame.columns], axis=1)
-        rest = {n: s for n, s in meant.translated.items() if n not in PLANE}
-        meant = type(meant)(tuple(frame.columns), rest, meant.is_german)
+        meant = replace(
+            meant,
+            names=tuple(frame.columns),
+            translated={n: s for n, s in meant.translated.items() if n not in PLANE},
+            units={n: u for n, u in meant.units.items() if n not in PLANE},
+            letters=None,
+        )
     frame = frame.drop(columns=[n for n in names if n in frame])
     frame = frame.assign(**dict(zip(names, xyz.T, strict=False)))
     note = f"{source}: coordinates of the geometry"
@@ -339,7 +350,7 @@ def _refuse_others(frame, xyz, names, source):
         place = int(np.flatnonzero(is_other)[0])
         raise TableError(
             f"the columns {' and '.join(names)} and the geometry say different places "
-            f"in {is_other.sum()} rows",
+            f"in {count(is_other.sum(), 'row')}",
             expected="the same place",
             remedy=f"Say columns = {{{names[0]} = …, {names[1]} = …}} in block.toml to "
             "take the columns, or leave them out to take the geometry",

@@ -13,6 +13,9 @@ OF_TABLES = COMMAS_ANSWERED | {
     "in block.toml, or correct crs": (
         "Call the two columns easting and northing as they are, or correct --crs"
     ),
+    "leave them out to take the geometry": (
+        "Correct one of them in the layer, or export it without these columns"
+    ),
     "Say columns = {easting": (
         "Name the system by --crs, or write a line point_id, easting, northing, or the "
         "other way round, above the values"
