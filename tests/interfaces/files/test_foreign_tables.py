@@ -220,6 +220,17 @@ def test_letters_that_contradict_each_other_are_no_coordinates(tmp_path):
     assert list(frame)[1:] == [*PLANE, "E (N)", "E_N", "y (H)"]
 
 
+@pytest.mark.parametrize("crs", [None, UTM])
+def test_geocentric_coordinates_are_no_plane_ones(tmp_path, crs):
+    text = "Punktnummer;X;Y;Z\nA;4085000,123;1200000,234;4730000,345\n"
+    with pytest.raises(TableError, match="X, Y and Z are geocentric, 6364 km from"):
+        read_text(tmp_path, text, Said(crs=crs))
+    # of Sweden, as far from the origin of its plane system
+    plane = "Punktnummer;X;Y;Z\nA;6330000,1;620000,2;112,3\n"
+    frame = read_text(tmp_path, plane, Said(crs=crs)).frame
+    assert frame["northing"].tolist() == [6330000.1]
+
+
 def test_letters_that_the_area_contradicts_are_asked_about(tmp_path):
     # a list of a map program: X to the east, which the system calls Y
     text = "Nr;X;Y\nA;13000.1;322000.2\n"

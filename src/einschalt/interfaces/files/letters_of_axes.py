@@ -13,6 +13,11 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, TableError
 from einschalt.foundations.projections import axis_letters, is_of_krovak, label_of
 from einschalt.foundations.tables import LINE
+from einschalt.foundations.units import METRES_PER_KM
+from einschalt.interfaces.files.lists_without_names import HEIGHT, HIGHEST_M
+
+# of points of the earth's surface from its centre
+RADII_M = 6.34e6, 6.40e6
 
 
 def with_axes(frame, crs, meant, source):
@@ -34,6 +39,7 @@ def with_axes(frame, crs, meant, source):
     TableError
         Nothing tells which of them is the easting, or it is contradicted.
     """
+    _refuse_geocentric(frame, source)
     y, x = meant.letters
     turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
     named = None if meant.is_by_place else _by_name(crs)
@@ -60,6 +66,22 @@ def with_axes(frame, crs, meant, source):
     east = x if chosen is frame else y
     north = y if chosen is frame else x
     return chosen, f"{source}: {east!r} is easting, {north!r} is northing, {reason}"
+
+
+def _refuse_geocentric(frame, source):
+    """Refuse X, Y, Z from the centre of the earth, as receivers of satellites give."""
+    if HEIGHT not in frame or not len(frame):
+        return
+    place = [_median(frame[name]) for name in (*PLANE, HEIGHT)]
+    radius, (low, high) = np.linalg.norm(place), RADII_M
+    if abs(place[2]) > HIGHEST_M and low < radius < high:
+        raise TableError(
+            f"X, Y and Z are geocentric, {radius / METRES_PER_KM:.0f} km from the "
+            "centre of the earth",
+            expected="coordinates of a plane system, or longitudes and latitudes",
+            remedy="Export these from the receiver's program, or convert them first",
+            file=source,
+        )
 
 
 def _to_south_and_west(frame, crs):
