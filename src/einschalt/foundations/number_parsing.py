@@ -4,6 +4,7 @@ import re
 from operator import index
 
 from einschalt.foundations.display_names import shortened
+from einschalt.foundations.sexagesimal import degrees_and_side
 
 LARGEST_NUMBER = 1e30  # nothing measured is larger, and its square is a number
 MOST_BITS = 1000
@@ -17,15 +18,6 @@ OF_A_DATE = "Give the value as a number, in a spreadsheet with the format Number
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
 DEGREES = "degrees"
-# degrees, minutes and perhaps seconds, with the side of the equator or of Greenwich
-SEXAGESIMAL = re.compile(
-    r"""(?P<before>[NSEW+-]?)\s*(?P<degrees>\d{1,3})\s*[°º]
-    \s*(?P<minutes>\d{1,2}([.,]\d*)?)\s*['\u2019\u2032]
-    \s*((?P<seconds>\d{1,2}([.,]\d*)?)\s*("|''|\u201d|\u2033))?
-    \s*(?P<after>[NSEW]?)""",
-    re.VERBOSE | re.IGNORECASE,
-)
-AGAINST = ("S", "W", "-")
 
 
 def describe_fault(value, unit, *, is_positive=False):
@@ -72,15 +64,10 @@ def _fault(text):
 
 def _sexagesimal(text, unit):
     """Tell degrees, minutes and seconds from other text."""
-    parts = SEXAGESIMAL.fullmatch(text)
-    if parts is None:
+    angle = degrees_and_side(text)
+    if angle is None:
         return None
-    minutes, seconds = (
-        float((parts[name] or "0").replace(",", ".")) for name in ("minutes", "seconds")
-    )
-    size = int(parts["degrees"]) + minutes / 60.0 + seconds / 3600.0
-    is_negative = {parts["before"].upper(), parts["after"].upper()} & {*AGAINST}
-    plain = f"{-size if is_negative else size:.10f}".rstrip("0").rstrip(".")
+    plain = f"{angle[0]:.10f}".rstrip("0").rstrip(".")
     found = f"{text!r} has degrees and minutes"
     if unit == DEGREES:
         return found, f"Write {plain}"

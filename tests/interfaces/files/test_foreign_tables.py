@@ -15,12 +15,13 @@ import xlsxwriter
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
-from einschalt.foundations.projections import read_crs
+from einschalt.foundations.projections import read_crs, read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.files import unpacked_sizes, workbook_sizes
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
 from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.files.workbook_parts import formats_of_styles
@@ -1018,3 +1019,45 @@ def test_a_unit_of_heights_stays_beside_letters_of_a_layer(tmp_path):
     place = [600000.5, 5340000.0]
     table = geojson(tmp_path / "a.geojson", ("Point", place, row), crs=UTM)
     assert table.frame["height"].tolist() == [330.01]
+
+
+ANGLES = "Point;Latitude;Longitude\nA;{};{}\nB;{};{}\n"
+
+
+def read_angles(tmp_path, *texts):
+    (tmp_path / "t.csv").write_text(ANGLES.format(*texts), encoding="utf-8")
+    schema = schema_in(CONTROL_POINTS, read_source_crs("EPSG:4326"))
+    return understand_csv(tmp_path / "t.csv", schema, Said(crs="EPSG:4326")), schema
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("48°12'36.0\"N", "16°30'00\"W", "48°12'37.5\"N", "16°30'\"W".replace('"', "")),
+        ("N48 12 36,0", "W16 30 0", "N48 12 37,5", "W16 30 00,0"),
+        ("48-12-36.0", "-16-30-00.0", "48-12-37.5", "-16-30-00.0"),
+        ("48 12 36 N", "16 30 00 W", "48 12 37.5 N", "16 30 00.0 W"),
+    ],
+)
+def test_degrees_minutes_and_seconds_are_read(tmp_path, texts):
+    table, _ = read_angles(tmp_path, *texts)
+    expected = [48.21, 48.0 + 12.0 / 60.0 + 37.5 / 3600.0]
+    np.testing.assert_allclose(table.frame["latitude"], expected, rtol=1e-15)
+    assert table.frame["longitude"].tolist() == [-16.5, -16.5]
+    assert any("read as degrees, minutes and seconds: " in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        (("48°12'36\"N", "16.5", "48.21", "16.5"), "has degrees and minutes"),  # mixed
+        (("16 30 00 E", "48 12 36 N", "16 30 1 E", "48 12 37 N"), "has degrees and"),
+        (("48 12 36", "16 30 00 O", "48 12 37", "16 30 00 O"), "is not a number"),
+        (("48:12:36", "16:30:00", "48:12:37", "16:30:00"), "is a date or a time"),
+        (("48 12 61", "16 30 00", "48 12 62", "16 30 00"), "is not a number"),
+    ],
+)
+def test_angles_that_are_mixed_or_of_another_side_are_told(tmp_path, texts, said):
+    table, schema = read_angles(tmp_path, *texts)
+    faults = check_table(table.frame, schema).problems
+    assert said in faults[0].found

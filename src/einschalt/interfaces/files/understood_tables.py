@@ -41,6 +41,7 @@ from einschalt.interfaces.files.header_lengths import (
 from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
 from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
+from einschalt.interfaces.files.written_angles import in_degrees
 
 ROLE = "role"
 NEW = "new"
@@ -110,8 +111,9 @@ def understood(frame, schema, said, meant, source, *, is_of_cells=False) -> Read
     """
     refuse_footer(frame, source)
     frame, repeated = without_headers(frame, schema, meant, source)
+    frame, angles = in_degrees(frame, schema, source)
     frame, notes = _with_points(frame, schema, said, source, is_of_cells)
-    notes.insert(0, repeated)
+    notes[:0] = [repeated, angles]
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
     require_unit_of_heights(frame, meant, said.crs, source)
