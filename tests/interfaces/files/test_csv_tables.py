@@ -24,7 +24,7 @@ from einschalt.foundations.tables import (
 )
 from einschalt.interfaces.files import csv_parts
 from einschalt.interfaces.files.csv_tables import (
-    _without_apostrophes,
+    _without_marks,
     read_csv,
     understand_csv,
     write_csv,
@@ -256,7 +256,7 @@ def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):
     assert [row[:2] for row in back] == [[harmless(v) for v in row[:2]] for row in rows]
     for value in (value for row in back for value in row[:2]):
         assert not may_be_computed(value)
-    ours = _without_apostrophes(frame_of(back), MODEL_POINTS)["point_id"].tolist()
+    ours = _without_marks(frame_of(back), MODEL_POINTS)["point_id"].tolist()
     assert ours == [row[0] for row in rows]
     numbers = [float(row[2]) if row[2] else None for row in back]
     assert numbers == [row[2] for row in rows]

@@ -1061,3 +1061,37 @@ def test_angles_that_are_mixed_or_of_another_side_are_told(tmp_path, texts, said
     table, schema = read_angles(tmp_path, *texts)
     faults = check_table(table.frame, schema).problems
     assert said in faults[0].found
+
+
+BY_BLANKS = """\
+  Pkt     Y        X       H
+---------------------------
+ 007  13000.1 322000.2 412.1
+-1  13001.1 322000.2 412.1
+=====
+"""
+BY_BARS = """\
+ Pkt |    Y    |    X     | H
+-----+---------+----------+-----
+ 007 | 13000.1 | 322000.2 | 412.1
+ -1 | 13001.1 | 322000.2 | 412.1
+"""
+
+
+@pytest.mark.parametrize(("text", "rows"), [(BY_BLANKS, "2, 5"), (BY_BARS, "2")])
+def test_rules_of_a_printed_list_are_no_rows(tmp_path, text, rows):
+    table = read_text(tmp_path, text, Said(crs=AUSTRIA))
+    frame = check_table(table.frame, CONTROL_POINTS).frame
+    assert frame["point_id"].tolist() == ["007", "-1"]
+    assert frame["height"].tolist() == [412.1, 412.1]
+    assert f"t.csv: rows of dashes left out: {rows}" in table.notes
+    # what has one value is no rule
+    with pytest.raises(EinschaltError, match="the row has 1 values"):
+        read_text(tmp_path, f"{text}---A---\n", Said(crs=AUSTRIA))
+
+
+def test_names_that_a_sheet_keeps_by_a_formula(tmp_path):
+    text = 'Nr;Rechtswert;Hochwert\n="0012";1,5;2,5\n="7=";1,5;3,5\n\'="8";1,5;4,5\n'
+    names = read_text(tmp_path, text).frame["point_id"]
+    # the last one is written so here, for a name that is one
+    assert names.tolist() == ["0012", "7=", '="8"']

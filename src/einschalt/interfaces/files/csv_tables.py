@@ -52,6 +52,9 @@ QUOTE_IN_TEXT = re.compile(
     rb'[^,;|\t\r\n"]"[^,;|\t\r\n"]|""[^,;|\t\r\n"]|[^,;|\t\r\n"]""'
 )
 SPECIAL = '",\r\n'
+AS_FORMULA = r'^="(.*)"$'
+# a line below the names, or between parts, of a list that was printed
+RULE = re.compile(r"[\s|+]*[-=_]{3,}[-=_|+\s]*")
 NEEDS_QUOTES = f"[{SPECIAL}]|^{COMMENT}"
 SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
 FORMULA = f"^[\t\r]*[{SIGNS}]"
@@ -105,23 +108,25 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     if frame is None:
         rows = _Rows(header, source)
         frame = rows.read(data)
-    if b"'" in data:
-        frame = _without_apostrophes(frame, schema)
+    if b"'" in data or b'="' in data:
+        frame = _without_marks(frame, schema)
     table = understood(frame, schema, said, meant, source)
     notes = [note, *table.notes]
     if rows is not None:
         rows.raise_problems(table.frame, schema)
-        notes.append(rows.note)
+        notes += rows.notes
     require_whole_end(whole, header, source)
     return replace(table, notes=tuple(note for note in notes if note))
 
 
-def _without_apostrophes(frame, schema):
-    """Take away what keeps spreadsheets from computing a name."""
+def _without_marks(frame, schema):
+    """Take away what keeps spreadsheets from computing a name: '0012 and ="0012"."""
     names = [name for name in schema.id_names if list(frame.columns).count(name) == 1]
     found = {}
     for name in names:
         texts = frame[name]
+        if texts.str.startswith('="').any():  # of a sheet; our own have an apostrophe
+            texts = texts.str.replace(AS_FORMULA, r"\1", regex=True)
         if texts.str.startswith("'").any():
             texts = texts.str.replace(MARKED, r"\1", regex=True)
         if texts.str.contains("'", regex=False).any():
@@ -157,6 +162,7 @@ class _Rows:
         self.problems = []
         self.ragged = []
         self.comments = []
+        self.rules = []
         self.is_open = False  # whether a row goes on, since a quote is open
 
     def read(self, data):
@@ -186,18 +192,25 @@ class _Rows:
                 yield "\n"  # titles may have quotes that nobody closes
                 continue
             is_comment = line.startswith(COMMENT) and not self.is_open
+            is_rule = not self.is_open and RULE.fullmatch(line) is not None
             self.is_open = True
             if is_comment:
                 self.comments.append(row)
-            yield "\n" if is_comment else line
+            if is_rule:
+                self.rules.append(row)
+            yield "\n" if is_comment or is_rule else line
 
     @property
-    def note(self):
-        """Say which rows were passed over; None where there are none."""
-        if not self.comments:
-            return None
-        rows = name_some(self.comments)
-        return f"{self.source}: rows that begin with # are comments: {rows}"
+    def notes(self):
+        """Say which rows were passed over, in notes."""
+        notes = []
+        if self.comments:
+            rows = name_some(self.comments)
+            notes.append(f"{self.source}: rows that begin with # are comments: {rows}")
+        if self.rules:
+            rows = name_some(self.rules)
+            notes.append(f"{self.source}: rows of dashes left out: {rows}")
+        return notes
 
     def raise_problems(self, frame, schema):
         """Raise what is wrong with rows, and with the values of the others."""
