@@ -96,7 +96,8 @@ def test_init_and_check_tell_it_before_rows_that_stand_twice(small_block):
     pd.concat([both, low.assign(Flug="")]).to_csv(
         small_block.path / "low_flight.csv", index=False
     )
-    with pytest.raises(TableError, match=r"as of two flights.* Part the rows into a"):
+    said = rf"as of two flights, and is empty in {len(low)} rows.* Fill the empty cells"
+    with pytest.raises(TableError, match=said):
         look_at(small_block.path / "low_flight.csv", Said())
 
 

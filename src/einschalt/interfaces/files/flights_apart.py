@@ -15,6 +15,7 @@ import pandas as pd
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
+from einschalt.foundations.typesetting import count
 
 # what has one name in a flight, in English, German, French, Italian and Spanish
 OF_FLIGHTS = {
@@ -110,7 +111,9 @@ def require_one_flight(frame, schema, source):
             parts = (
                 [{str(name): one} for one in given] if texts.isin(given).all() else []
             )
-            raise _two_flights(str(name), values, parts, source)
+            raise _two_flights(
+                str(name), values, parts, source, int((texts == "").sum())
+            )
         if n_flights >= N_FLIGHTS:
             notes.append(
                 f"{source}: column '{shortened(str(name))}' has the values {values}: "
@@ -138,18 +141,30 @@ def _number(text):
     return float(re.sub(r"[\s'’]", "", text).replace(",", "."))
 
 
-def _two_flights(name, values, parts, source):
+def _two_flights(name, values, parts, source, n_empty):
     is_parted = len(parts) == N_FLIGHTS
-    error = TwoFlightsError(
-        f"column '{shortened(name)}' has the values {values}, as of two flights",
-        expected="one flight in each table",
-        remedy="Say where for the table of each flight in block.toml, as in where = "
-        '{Flug = "tief"}, or part its rows into files; rename the column if it tells '
+    found = f"column '{shortened(name)}' has the values {values}, as of two flights"
+    remedy = (
+        "Part the rows into a file for each flight; rename the column if it tells "
         "other things apart"
-        if is_parted
-        else "Part the rows into a file for each flight; rename the column if it "
-        "tells other things apart",
-        file=source,
+    )
+    if is_parted:
+        remedy = (
+            "Say where for the table of each flight in block.toml, as in where = "
+            '{Flug = "tief"}, or part its rows into files; rename the column if it '
+            "tells other things apart"
+        )
+    elif n_empty:
+        found = (
+            f"column '{shortened(name)}' has the values {values}, as of two flights, "
+            f"and is empty in {count(n_empty, 'row')}"
+        )
+        remedy = (
+            "Fill the empty cells with the flight of their row; rename the column if "
+            "it tells other things apart"
+        )
+    error = TwoFlightsError(
+        found, expected="one flight in each table", remedy=remedy, file=source
     )
     error.parts = tuple(parts) if is_parted else ()
     return error
