@@ -1095,3 +1095,14 @@ def test_names_that_a_sheet_keeps_by_a_formula(tmp_path):
     names = read_text(tmp_path, text).frame["point_id"]
     # the last one is written so here, for a name that is one
     assert names.tolist() == ["0012", "7=", '="8"']
+
+
+@pytest.mark.parametrize(
+    ("suffix", "remedy"),
+    [(".rw5", "Export the points from the instrument"), (".asc", "Save the table as")],
+)
+def test_a_field_book_is_to_be_exported_as_a_list(tmp_path, suffix, remedy):
+    path = tmp_path / f"a{suffix}"
+    path.write_text("JB,NMJOB\nSP,PN1,N 2.0,E 1.0,EL 3.0\n")
+    with pytest.raises(FileError, match=f"suffix '{suffix}' is unknown.*{remedy}"):
+        understand_table(path, CONTROL_POINTS)

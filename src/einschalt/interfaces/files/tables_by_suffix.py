@@ -24,6 +24,13 @@ AS_TEXT = (
     "suffix .txt"
 )
 
+# of total stations and survey programs, which measurements and codes fill as well
+BOOKS = (".rw5", ".are", ".job", ".idx", ".dc", ".fbk", ".crd", ".sim", ".sima")
+AS_LIST = (
+    "Export the points from the instrument or its program as a list of plain text: "
+    "name, easting, northing, height, below a line of these names"
+)
+
 
 def read_table(path, schema, *, source=None):
     """Read a table as :func:`read_csv` or :func:`read_parquet` does."""
@@ -86,10 +93,13 @@ def write_in_both_formats(tables, folder, *, decimals=None):
 def _known_suffix(path, source, known):
     suffix = Path(path).suffix.lower()
     if suffix not in known:
+        remedy = AS_TABLE
+        if known is READ_SUFFIXES:
+            remedy = AS_LIST if suffix in BOOKS else AS_TEXT
         raise FileError(
             f"suffix {suffix!r} is unknown" if suffix else "the suffix is missing",
             expected=", ".join(known),
-            remedy=AS_TEXT if known is READ_SUFFIXES else AS_TABLE,
+            remedy=remedy,
             file=source,
         )
     return suffix
