@@ -241,6 +241,12 @@ def test_letters_that_the_area_contradicts_are_asked_about(tmp_path):
     assert read_text(tmp_path, text, said).frame["easting"].tolist() == [13000.1]
 
 
+def test_letters_of_krovak_that_lie_nowhere_are_asked_about(tmp_path):
+    text = "ID;Y;X\nA;646099.5;1060562.5\n"  # of Bohemia, and the system of Slovakia
+    with pytest.raises(TableError, match="which of them is the easting"):
+        read_text(tmp_path, text, Said(crs="EPSG:8353"))
+
+
 def test_letters_of_czech_surveyors_with_the_signs_of_maps(tmp_path):
     text = "ID;Y;X\nA;-646099.5;-1060562.5\n"
     table = read_text(tmp_path, text, Said(crs="EPSG:5514"))

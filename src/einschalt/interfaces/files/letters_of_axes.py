@@ -53,12 +53,14 @@ def with_axes(frame, crs, meant, source):
         if by_area is not by_name:
             chosen = by_area
             reason = f"since only so the points lie in the area of {label_of(crs)}"
-    elif is_inside == [False, False]:
+    elif is_inside == [False, False] and is_of_krovak(crs):
         orders = {(y, x): turned, (x, y): frame}
         for names, one in orders.items():
             counted = _to_south_and_west(one, crs)
             if counted is not None:
                 return counted, _note_of_signs(*names, crs, source)
+        # who wrote them has not the axes of the map
+        raise _question_of_axes(meant, source, frame.index.name == LINE)
     if chosen is None and meant.is_german:
         chosen, reason = turned, "as German tables have them"
     if chosen is None:
@@ -90,8 +92,6 @@ def _to_south_and_west(frame, crs):
     So do those of the land survey; the systems whose axes point to the east and north
     have the same numbers with a minus.
     """
-    if not is_of_krovak(crs):
-        return None
     counted = frame.assign(**{name: _negative(frame[name]) for name in PLANE})
     return counted if _is_in_area(counted, crs) else None
 
