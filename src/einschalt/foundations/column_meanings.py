@@ -93,6 +93,7 @@ _ERRORS = {
     "standard_error_low_flight": ("m", "TOTAL, from the low flight alone"),
     "standard_error_orientation": ("m", "TOTAL, from the orientations alone"),
     "standard_error_own_deformation": ("m", "TOTAL, from deformations of models"),
+    "standard_error_shared_bend": ("m", "TOTAL, from bends that models share"),
     "standard_error_control_groups": ("m", "TOTAL, from shifts of groups of control"),
     "standard_error_approximate_groups": ("m", "TOTAL, from shifts of groups of them"),
     "standard_error_reference_system": ("m", "TOTAL, from the change of system"),

@@ -239,6 +239,7 @@ FACTS = Part(
             "tests whose value is smaller than predicted, one object for each",
         ),
         "believed": ("m", "standard error of the heights to use, RMS"),
+        "has_images": ("", "whether the flight was measured in photographs"),
         "bend": ("m", "height error of flat models on curved ground"),
         "stated": ("m", "stated standard error of the heights"),
         "propagated": (

@@ -239,6 +239,7 @@ SOURCE = Part(
             "orientation": "relative orientation",
             "reference_system": "operation between reference systems",
             "own_deformation": "deformation of each model",
+            "shared_bend": "bend that all models of a flight share",
         },
     },
 )

@@ -146,6 +146,9 @@ MEANINGS = mark_each(
         "unseen_height_scale": (
             "Given heights that do not tell whether the principal distance is right."
         ),
+        "bent_models": (
+            "Spatial models of a flight that are bent alike, and were corrected by it."
+        ),
         "curvature_untold": (
             "Heights that a curved Earth would bend, where nobody says what the map is."
         ),
@@ -395,6 +398,9 @@ CAUSES = mark_each(
         ),
         "unseen_height_scale": (
             "Control lies at nearly one height, the new points do not."
+        ),
+        "bent_models": (
+            "Distortion of the lens or the plotter, or a curved Earth that was left in."
         ),
         "curvature_untold": ("block.toml names no reference system (crs)."),
         "high_flight_that_misfits": (

@@ -180,6 +180,10 @@ TESTS = mark_each(
             "100 cases, against 0.02, and what it does to the new points against the "
             "stated precision of their heights."
         ),
+        "bent_models": (
+            "Terms of a lens, or quadratic heights, that all models of a flight share, "
+            "in an adjustment of all of them (F test)."
+        ),
         "curvature_untold": (
             "What the curvature of the Earth would bend heights by in a model, "
             "against their standard error."
@@ -342,6 +346,7 @@ REMEDIES_OF = {
     "lone_wrong_height": ("check_lone_height",),
     "heights_beyond_claim": ("check_heights",),
     "unseen_height_scale": ("make_sure_of_principal_distance",),
+    "bent_models": ("calibrate",),
     "curvature_untold": ("give_system",),
     "high_flight_that_misfits": ("look_for_gross_errors_or_give_larger_ones",),
     "contradicted_propagation": ("raise_m_g",),

@@ -67,7 +67,8 @@ FURTHER = {
     "error_sources": (
         *("standard_error_control", "standard_error_high_flight"),
         *("standard_error_low_flight", "standard_error_orientation"),
-        *("standard_error_own_deformation", "standard_error_control_groups"),
+        *("standard_error_own_deformation", "standard_error_shared_bend"),
+        "standard_error_control_groups",
         *("standard_error_approximate_points", "standard_error_approximate_groups"),
         *("standard_error_reference_system", "largest_source"),
     ),

@@ -32,6 +32,7 @@ SOURCE_COLOURS = {
     "control": CONTROL,
     "orientation": MODEL,
     "own_deformation": "#7d6c1c",
+    "shared_bend": "#a08a2b",
     "approximate_points": "#66757e",
     "reference_system": "#9aa7ae",
     "control_groups": "#5f8fc0",

@@ -30,11 +30,10 @@ from einschalt.stages.simultaneous.adjustment import (
     DEFORMATIONS,
     AdjustmentOptions,
     BlockAdjustment,
-    determined_part,
-    placed_points,
     simultaneous_adjustment,
     with_known_groups,
 )
+from einschalt.stages.simultaneous.determined_part import determined_part, placed_points
 from einschalt.stages.simultaneous.image_errors import MeasuredImages, centres_behind
 from einschalt.stages.simultaneous.observations import (
     CENTRE,
@@ -472,8 +471,7 @@ def own_deformation_of(searched, settings, approximations):
     they are known by then.
     """
     block, flights = searched.block, searched.flights
-    control = block.control_points
-    if settings.model_deformation != MODELLED or control is None:
+    if settings.model_deformation != MODELLED or block.control_points is None:
         return None
     # errors of image points bend models too, and the propagation knows them already
     if any(flight.has_images for flight in block.flights.values()):

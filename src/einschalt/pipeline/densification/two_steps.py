@@ -7,6 +7,7 @@ from operator import attrgetter
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.errors import GeometryError, TableError
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.coverage_screening import (
@@ -42,6 +43,7 @@ from einschalt.pipeline.densification.result_tables import (
     with_standard_errors,
 )
 from einschalt.pipeline.densification.simultaneous import (
+    MODELLED,
     SearchedFlights,
     own_deformation_of,
     searched_flights,
@@ -51,11 +53,14 @@ from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.error_propagation.covariances import PropagatedErrors
 from einschalt.stages.error_propagation.error_model import ErrorModel
+from einschalt.stages.error_propagation.shared_bend_errors import with_shared_bends
 from einschalt.stages.error_propagation.shared_error import (
     shared_error_of,
     with_shared_error,
 )
 from einschalt.stages.model_screening import screen_models
+from einschalt.stages.simultaneous.observations import SPATIAL
+from einschalt.stages.simultaneous.straight_models import BentFlights, bent_flights
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
     average_high_flight,
@@ -102,7 +107,7 @@ class TwoStepSolution(Solution):
     model_points : dict of str to DataFrame
         Of each flight, as they were transformed.
     flights : dict of str to RelativeOrientation
-        Of each flight, what stage 2 gave.
+        Of each flight, what stage 2 gave, before ``shared_bends`` corrected it.
     errors : PropagatedErrors or None
         Covariances of the points, and their sources; None where the size of a source
         of error is not known.
@@ -112,6 +117,9 @@ class TwoStepSolution(Solution):
         Every pass of the low flight; None where it was made only once.
     own_deformation : OwnDeformation or None
         What each model is bent by for itself; None where nothing shows.
+    shared_bends : BentFlights or None
+        What the spatial models of each flight are bent by alike, which they were
+        corrected by before they were transformed; None where nothing shows.
     searched : SearchedFlights or None
         What an adjustment of the same flights may share; None of a large block.
     """
@@ -128,6 +136,7 @@ class TwoStepSolution(Solution):
     propagation: ErrorModel | None
     iteration: Iteration | None
     own_deformation: OwnDeformation | None
+    shared_bends: BentFlights | None
     searched: SearchedFlights | None
 
     is_possible = True
@@ -221,23 +230,21 @@ def solve_in_two_steps(
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = gross or find_gross_measurements(block, flights, settings, searched)
-    measured = {name: oriented.model_points for name, oriented in flights.items()}
-    high = _high_flight(block, flights, settings, gross.rows)
+    alike = searched_flights(block, flights, gross.searched or searched)
+    known = _of_the_same(before, block, settings, flights)
+    bends, straight = _straightened(known, alike, settings)
+    measured = {name: oriented.model_points for name, oriented in straight.items()}
+    high = _high_flight(block, straight, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    alike = searched_flights(block, flights, gross.searched or searched)
-    own = _own_deformation(before, alike, settings, approximations)
-    low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
+    alike = searched_flights(block, straight, alike)
+    own = _own_deformation(known, alike, settings, approximations)
+    low_flight = _LowFlight(block, straight, high, own, settings, gross.rows[LOW])
     model, last = low_flight.first(approximations)
     model = None if model is None else model.with_means(last.means)
-    of_passes = None if model is None else PassErrors(block, model, measured[LOW])
-    fit_onto = partial(low_flight.again, model=model, errors=of_passes)
-    iteration = iterate(block, last, fit_onto, settings.iterations)
+    iteration, model, last = low_flight.iterated(model, last)
     report_progress(Stage.ERROR_PROPAGATION)
-    if iteration is not None:
-        last = iteration.passes[-1]
-        model = model and of_passes.iterated_model(iteration.passes)
-    errors = None if model is None else propagate_model(model, last.means)
+    errors = _propagated(model, last, high, bends)
     report_progress(Stage.DOUBLE_COVERAGE)
     screening = screen_block(last.means, errors, settings, model)
     points, errors = _final_points(block, settings, last.means, screening, errors)
@@ -255,17 +262,55 @@ def solve_in_two_steps(
         propagation=model,
         iteration=iteration,
         own_deformation=own,
+        shared_bends=bends,
         searched=gross.searched,
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
     )
 
 
-def _own_deformation(before, searched, settings, approximations):
-    """What models are bent by for themselves, as it was estimated before, or anew."""
-    block, flights = searched.block, searched.flights
+def _propagated(model, last, high, bends):
+    """Errors of the means by a model of them, with those of the bends; or None."""
+    errors = None if model is None else propagate_model(model, last.means)
+    fits = {LOW: last.low, **({} if high is None else {HIGH: high.transformation})}
+    return with_shared_bends(errors, model, bends, fits)
+
+
+def _of_the_same(before, block, settings, flights):
+    """The solution before, if deformations of the same flights are known from it."""
     if before and before.is_possible and _bends_alike(before, block, settings, flights):
-        return before.own_deformation
+        return before
+    return None
+
+
+def _straightened(known, searched, settings):
+    """What spatial models are bent by alike, and the flights without that.
+
+    As it is known from another solution, or estimated.
+    """
+    flights = searched.flights
+    bends = _shared_bends(searched, settings) if known is None else known.shared_bends
+    return bends, flights if bends is None else bends.straightened(flights)
+
+
+def _shared_bends(searched, settings):
+    """What spatial models share, estimated where it shows; or None."""
+    block = searched.block
+    kinds = {block.flights[name].transformation for name in searched.flights}
+    is_asked_for = settings.model_deformation == MODELLED
+    if not is_asked_for or kinds != {SPATIAL} or block.control_points is None:
+        return None
+    try:
+        observed = searched.tables
+    except (GeometryError, TableError):  # two steps ask for less than an adjustment
+        return None
+    return bent_flights(observed, settings.outliers, settings.significance)
+
+
+def _own_deformation(known, searched, settings, approximations):
+    """What models are bent by for themselves, as it is known, or estimated."""
+    if known is not None:
+        return known.own_deformation
     return own_deformation_of(searched, settings, approximations)
 
 
@@ -334,6 +379,20 @@ class _LowFlight:
         """
         known = errors and errors.covariances_after(passes)
         return self._averaged(self._transformed(ground, known), model)
+
+    def iterated(self, model, last):
+        """Onto its own points, as often as is asked for: an Iteration or None.
+
+        And the model of errors, or None, and the fit of the last pass.
+        """
+        block = self.block
+        errors = None if model is None else PassErrors(block, model, self.points)
+        fit_onto = partial(self.again, model=model, errors=errors)
+        iteration = iterate(block, last, fit_onto, self.settings.iterations)
+        if iteration is None:
+            return None, model, last
+        model = model and errors.iterated_model(iteration.passes)
+        return iteration, model, iteration.passes[-1]
 
     def _transformed(self, ground, covariances=None):
         how = (self.precision, self.settings)

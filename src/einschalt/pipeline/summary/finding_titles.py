@@ -44,6 +44,7 @@ TITLES = mark_each(
         "shifted_block": "shifted block",
         "heights_out_of_scale": "heights out of scale",
         "unseen_height_scale": "principal distance not checked by heights",
+        "bent_models": "models that are bent alike",
         "curvature_untold": "curvature of the Earth untold",
         "broken_heights": "broken heights of control",
         "wrong_control_height": "wrong control height",

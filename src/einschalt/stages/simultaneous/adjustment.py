@@ -7,17 +7,22 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.foundations.errors import GeometryError
 from einschalt.stages.results import (
     OUTLIERS,
     Estimates,
     FlightsResult,
     failures_table,
 )
+from einschalt.stages.simultaneous.determined_part import (
+    begun_part,
+    determined_part,
+    part_of,
+    places_of,
+)
 from einschalt.stages.simultaneous.failed_models import (
     STAGE,
     failed_models,
-    why_failed,
 )
 from einschalt.stages.simultaneous.height_columns import centre_table
 from einschalt.stages.simultaneous.image_errors import (
@@ -27,11 +32,9 @@ from einschalt.stages.simultaneous.image_errors import (
 )
 from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import (
-    begin_part,
     clean_part,
     stands_without_gross_errors,
     weigh_part,
-    with_centres,
 )
 from einschalt.stages.simultaneous.own_deformation import (
     bent_part,
@@ -71,7 +74,6 @@ from einschalt.theory.block_adjustment.model_deformation import examine_deformat
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
     SpatialSolution,
-    adjust_models,
 )
 
 COMPONENTS = ("given", "estimated")
@@ -80,7 +82,6 @@ GIVEN_UP = {
     NoConvergenceError: determinacy.RESTLESS,
     ContradictedModelError: determinacy.CONTRADICTED,
 }
-WHOLE_BLOCK = "No model of the block could be determined"
 
 
 @dataclass(frozen=True)
@@ -296,18 +297,11 @@ def _adjust_tables(tables, options, searches):
                 name = tables.models["model_id"].iloc[given_up[0]]
                 raise _no_convergence(name) from error
             verdicts.verdict[given_up[-1]] = GIVEN_UP[type(error)]
-            part = _part_of(tables, verdicts)
+            part = part_of(tables, verdicts)
 
 
 def _adjust_part(tables, part, verdicts, options, searches):
-    begun = begin_part(part, options, _terms(part, options))
-    while (loose := determinacy.loose_models(begun.solution)).any():
-        cause = determinacy.why_loose(begun.solution, loose)
-        verdicts.verdict[part.models[loose]] = cause[loose]
-        part = _part_of(tables, verdicts)
-        begun = begin_part(part, options, _terms(part, options))
-    if tables.is_centre.any():
-        part, begun = with_centres(tables, part, begun, verdicts.is_fine)
+    part, begun = begun_part(tables, part, verdicts, options)
     search = partial(weigh_part, tables, part, begun, options)
     if options.outliers != "keep":
         search = partial(searches.weighed, _key_of(verdicts, options), search)
@@ -429,63 +423,6 @@ def _examined(solution, options):
     return [tests[k] for k in sorted(tests)], found if is_modelled else solution
 
 
-def determined_part(tables):
-    """Part of a block that can be determined, and the verdicts on all its models."""
-    observations = tables.observations
-    if tables.is_spatial:
-        every = np.ones(observations.n_models, dtype=bool)
-        ground = _without_centres(tables, every).observations
-        observations = ground.in_plan(is_affine=True)
-    verdicts = determinacy.examine(observations)
-    return _part_of(tables, verdicts), verdicts
-
-
-def placed_points(tables):
-    """Coordinates of the points by a plain adjustment, without precision and tests.
-
-    DataFrame of point_id, easting, northing [, height]; projection centres have none. A
-    GeometryError where nothing can be determined, a NoConvergenceError where spatial
-    models do not converge.
-    """
-    part, _ = determined_part(tables)
-    return _places(tables, part, adjust_models(part.observations))
-
-
-def _places(tables, part, solution):
-    """Coordinates of the points of a solution, projection centres without."""
-    is_ground = ~tables.is_centre[part.points]
-    names = ["easting", "northing", "height"][: solution.points.shape[1]]
-    table = pd.DataFrame(solution.points[is_ground], columns=names)
-    table.insert(0, "point_id", tables.point_id[part.points][is_ground])
-    return table
-
-
-def _part_of(tables, verdicts):
-    if not verdicts.is_fine.any():
-        reason, remedy = why_failed(verdicts, 0, tables.kind[0])
-        raise GeometryError(
-            f"{WHOLE_BLOCK}: {reason}",
-            expected="models that hang together, with control",
-            remedy=remedy,
-            model=name_some(tables.models["model_id"]),
-            stage=STAGE,
-        )
-    return _without_centres(tables, verdicts.is_fine)
-
-
-def _without_centres(tables, is_kept):
-    """Points on the ground of the models that are kept."""
-    observations = tables.observations
-    is_ground = ~tables.is_centre[observations.point]
-    rows = np.flatnonzero(is_ground & is_kept[observations.model])
-    return observations.of_rows(rows, np.flatnonzero(is_kept))
-
-
-def _terms(part, options):
-    flights = set(part.observations.flight.tolist())
-    return tuple(terms for terms in options.common if terms.flight in flights)
-
-
 def _of_norm(tables, weighed, options):
     """Covariances of the points of an adjustment with a robust norm.
 
@@ -539,4 +476,4 @@ def _without_suspects(tables, part, control, options):
     """Coordinates without control that contradicts the block and takes part."""
     if options.outliers != "keep" or not control.is_suspect.any():
         return pd.DataFrame()
-    return _places(tables, part, control.without)
+    return places_of(tables, part, control.without)

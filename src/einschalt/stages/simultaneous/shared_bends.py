@@ -66,9 +66,9 @@ def find_shared_bends(tables, weighed, options) -> SharedBends:
     solution = weighed.block.solution
     if options.outliers == "keep":
         solution = examine_control(solution, options.significance).without
-    terms = _terms_of(tables, weighed.part, solution.observations)
+    terms = _terms_of(tables, weighed.part)
     answer = AnswerToBends.of(solution, terms)
-    made = _made_by_errors(tables, weighed, solution, answer)
+    made = made_by_errors(tables, weighed, solution, answer)
     given = solution, terms, answer, made, options.significance
     tests, found = examine_bends(*given)
     if not found or options.deformation != "modelled":
@@ -76,29 +76,36 @@ def find_shared_bends(tables, weighed, options) -> SharedBends:
     return SharedBends(tuple(tests), terms.of_flights(found))
 
 
-def _terms_of(tables, part, observations):
+def _terms_of(tables, part):
+    """Terms of all flights, at the observations of a part."""
+    every = every_term(tables)
+    return replace(
+        every, columns=every.columns[part.rows], position=every.position[part.rows]
+    )
+
+
+def every_term(tables) -> BendTerms:
     """Terms of all flights: those of a lens where there are images."""
-    is_ground = ~tables.is_centre[part.points][observations.point]
+    observations = tables.observations
+    is_ground = ~tables.is_centre[observations.point]
     position = positions_of_flights(observations, is_ground)
     flight_of_row = observations.flight[observations.model]
     columns, flights, names = [], [], ()
     for flight in np.unique(observations.flight):
         rows, images = flight_of_row == flight, tables.images[flight]
-        own, terms = OF_HEIGHTS, np.zeros((len(rows), 3, len(OF_HEIGHTS)))
+        own = OF_HEIGHTS if images is None else LENS_TERMS
+        terms = np.zeros((len(rows), 3, len(own)))
         if images is None:
             on_model = rows & is_ground
             terms[on_model] = bent_heights(position[on_model])
         else:
-            own, moved = LENS_TERMS, distorted_models(images)
             start = sum(tables.n_rows[:flight])
-            terms = np.zeros((len(rows), 3, len(own)))
-            terms[rows] = moved[tables.row[part.rows][rows] - start]
+            terms[rows] = distorted_models(images)[tables.row[rows] - start]
         columns.append(terms)
         flights += [flight] * len(own)
         names += own
-    return BendTerms(
-        np.concatenate(columns, axis=2), np.array(flights), names, position
-    )
+    found = np.concatenate(columns, axis=2)
+    return BendTerms(found, np.array(flights), names, position)
 
 
 def distorted_models(images):
@@ -115,7 +122,7 @@ def distorted_models(images):
     return np.stack([chain.of_vectors(k) for k in np.moveaxis(sources, 2, 0)], axis=2)
 
 
-def _made_by_errors(tables, weighed, solution, answer):
+def made_by_errors(tables, weighed, solution, answer):
     """What errors make of the sums of a block without bends.
 
     Those of images and of control that shares errors are drawn: models share them.

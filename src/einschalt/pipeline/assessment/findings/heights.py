@@ -12,6 +12,7 @@ from einschalt.pipeline.assessment.evidence.control.heights import (
     unseen_scale,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
+from einschalt.pipeline.assessment.evidence.fits.bent_models import bent_flights_of
 from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
     bend_without_system,
 )
@@ -149,8 +150,36 @@ def unseen_height_scale(examined):
     )
 
 
+def bent_models(examined):
+    """Spatial models of a flight that are bent alike, and were corrected by it."""
+    found = bent_flights_of(examined)
+    if not found:
+        return None
+    clearest = min(found, key=lambda each: each.p_value)
+    flights = examined.block.flights
+    return finding(
+        "bent_models",
+        names=tuple(each.flight for each in found),
+        statistic="bend that all models of a flight share, in height at their edge",
+        observed=clearest.size_edge,
+        expected=0.0,
+        probability=clearest.p_value,
+        remedy="calibrate",
+        facts={
+            "size": clearest.size_edge,
+            "flight": clearest.flight,
+            "has_images": flights[clearest.flight].has_images,
+        },
+    )
+
+
 def curvature_untold(examined):
-    """Heights that a curved Earth would bend, where nobody says what the map is."""
+    """Heights that a curved Earth would bend, where nobody says what the map is.
+
+    Not where models were found to be bent, and corrected, whatever has bent them.
+    """
+    if bent_flights_of(examined):
+        return None
     stated = examined.stated_height
     bend = bend_without_system(examined) if stated > 0.0 else 0.0
     if not bend > OF_THE_CLAIM * stated:
@@ -195,5 +224,6 @@ TWO_STEP = SIMULTANEOUS = (
     lone_wrong_height,
     heights_beyond_claim,
     unseen_height_scale,
+    bent_models,
     curvature_untold,
 )

@@ -51,6 +51,7 @@ KINDS = {
     "lone_wrong_height": (POINTS, GRAVE),
     "heights_beyond_claim": (BLOCK, GRAVE),
     "unseen_height_scale": (BLOCK, NOTE),
+    "bent_models": (FLIGHT, NOTE),
     "curvature_untold": (BLOCK, WARNING),
     "high_flight_that_misfits": (FLIGHT, GRAVE),
     "contradicted_propagation": (BLOCK, GRAVE),

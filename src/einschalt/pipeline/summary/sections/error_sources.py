@@ -15,6 +15,7 @@ NAMES = mark_each(
         "orientation": "relative orientation",
         "reference_system": "operation between reference systems",
         "own_deformation": "deformation of each model",
+        "shared_bend": "bend that models share",
     }
 )
 SMALLEST_SHARE = 0.005

@@ -21,6 +21,11 @@ REMEDIES = mark_each(
         "make_sure_of_principal_distance": (
             "Make sure of the principal distance, or give points at other heights"
         ),
+        "calibrate": (
+            "The models were corrected by it, and standard errors contain what it is "
+            "not known by; a calibration, or the curvature of the Earth taken off, "
+            "would give smaller ones"
+        ),
         "give_system": (
             'Give the reference system of the coordinates, such as crs = "EPSG:31255"; '
             'or earth_curvature = "ignored" if they are those of a plane, or the '
@@ -119,6 +124,18 @@ def lone_wrong_height(finding):
     return filled(words, finding, point=names(finding.names))
 
 
+BENT_IMAGES = mark(
+    "All models of the {flight} are bent alike, by {size:length} in height at their "
+    "edge (RMS): by a lens that its calibration does not describe, or by the curvature "
+    "of the Earth and refraction"
+)
+BENT_MODELS = mark(
+    "All models of the {flight} are bent alike, by {size:length} in height at their "
+    "edge (RMS): by the plates of the plotter, a lens, or the curvature of the Earth "
+    "and refraction"
+)
+
+
 def broken_heights(finding):
     """Which part lies apart, and by how much; or by how much control is bent."""
     return filled(OF_KIND[finding.facts["kind"]], finding)
@@ -148,8 +165,15 @@ def heights_out_of_scale(finding):
     return translated(OF_DISTANCE, told=told, distance=number(distance, 4))
 
 
+def bent_models(finding):
+    """By how much, and what may have done it."""
+    words = BENT_IMAGES if finding.facts["has_images"] else BENT_MODELS
+    return filled(words, finding, flight=flight_name(finding.facts["flight"]))
+
+
 WORDS = mark_each(
     {
+        "bent_models": bent_models,
         "curvature_untold": (
             "No reference system is given, and the ground is taken for flat. On a map "
             "the Earth's curvature bends the heights in a model by {bend:length} "

@@ -27,7 +27,7 @@ from einschalt.stages.error_propagation.given_points import (
     PLAN,
     approximations_are_control,
 )
-from einschalt.stages.simultaneous.adjustment import determined_part
+from einschalt.stages.simultaneous.determined_part import determined_part
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.exchanged_points import (
