@@ -98,11 +98,14 @@ def turned_by(angles, xyz):
 class Dense:
     """Every parameter te, tn, th, scale, ω, φ, κ and every point an unknown.
 
-    Shifts are counted from the centroid of the model, to keep digits.
+    Shifts are counted from the centroid of the model, to keep digits. Errors are those
+    of the measured coordinates, in the scale and the axes that models have where they
+    are ``found``; without that those on the ground.
     """
 
-    def __init__(self, observations):
+    def __init__(self, observations, found=None):
         o = self.given = observations
+        self.found = None if found is None else found.placement
         self.origin = np.nanmean(o.control, axis=0)
         self.is_free = ~o.is_fixed
         count = np.bincount(o.model)[:, None]
@@ -128,7 +131,14 @@ class Dense:
         models, points = self.unpacked(x)
         own = models[o.model]
         turned = own[:, 3:4] * turned_by(own[:, 4:], self.xyz)
-        v = (own[:, :3] + turned - points[o.point]) / o.standard_error
+        v = own[:, :3] + turned - points[o.point]
+        if self.found is not None:
+            each = np.eye(3)[:, None] + np.zeros((o.n_models, 1))
+            axes = [turned_by(models[:, 4:], axis) for axis in each]
+            back = self.found.rotation @ np.stack(axes, axis=1)
+            back *= (self.found.scale / models[:, 3])[:, None, None]
+            v = np.einsum("nij,nj->ni", back[o.model], v)
+        v = v / o.standard_error
         given = (o.control - self.origin)[self.observed]
         control = [
             root @ (points[k] - c)
@@ -167,7 +177,8 @@ class Dense:
 @pytest.mark.parametrize("name", CASES)
 def test_equals_scipy_with_every_unknown(name):
     observations, _ = a_block(**CASES[name])
-    found, dense = adjust_spatially(observations), Dense(observations)
+    found = adjust_spatially(observations)
+    dense = Dense(observations, found)
     x = dense.solve(found)
     models, points = dense.unpacked(x)
     np.testing.assert_allclose(
@@ -221,7 +232,7 @@ def test_shifts_have_their_cofactors():
             step[m, :3, k] = at.imag / 1e-30
         step[m, 3:, 3:] = np.eye(4)
     at_centroid = step @ found.parameter_cofactors @ np.swapaxes(step, 1, 2)
-    x = Dense(observations)
+    x = Dense(observations, found)
     jacobian = x.jacobian(x.solve(found))
     cofactors = np.linalg.inv(jacobian.T @ jacobian)
     for m in range(2):
@@ -400,3 +411,21 @@ def test_a_block_stays_where_its_last_step_led(seed):
     again = found.readjusted(observations)
     assert again.sum_of_squares == pytest.approx(found.sum_of_squares, rel=1e-6)
     assert np.abs(again.placement.centre - found.placement.centre).max() < 0.05
+
+
+def test_much_measured_beside_little_control_makes_a_block_no_smaller():
+    """Residuals on the ground shrink with its scale: it was 0.24 : 1000 too small."""
+    scale = []
+    for seed in range(12):
+        observations, truth = a_block(seed=seed, n_points=900, every=120)
+        error = np.random.default_rng(seed).standard_normal(truth.shape)  # 1 m
+        coarse = observations.is_control[:, None, None] * np.eye(3)
+        away = truth[:, :2] - truth[:, :2].mean(axis=0)
+        # with the opposite errors what they do to the scale is the opposite, too
+        for each in (error, -error):
+            control = observations.control + each
+            given = {"control": control, "control_covariance": coarse}
+            found = adjust_spatially(replace(observations, **given))
+            moved = (found.points - truth)[:, :2]
+            scale.append(np.sum(away * moved) / np.sum(away**2))
+    assert abs(np.mean(scale)) < 2e-5

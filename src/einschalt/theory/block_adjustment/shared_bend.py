@@ -32,6 +32,9 @@ from einschalt.theory.block_adjustment.common_border import (
 from einschalt.theory.block_adjustment.common_parameters import positions_in_model
 from einschalt.theory.block_adjustment.model_deformation import EDGE, MIDDLE
 
+# errors of measured heights, beyond which it is no bend of models that is found: where
+# a block hardly determines it, other errors seem to be one of many times their size
+MOST_OF_ERROR = 4.0
 OF_HEIGHTS = ("dz:x2", "dz:xy", "dz:y2")
 
 
@@ -118,7 +121,8 @@ class BendTest:
 
     flight: int
     n_terms: int
-    # NaN where the block does not determine the bend, or no residuals are left
+    # NaN where the block does not determine the bend, or one that no lens makes, or no
+    # residuals are left
     f_statistic: float
     p_value: float
     # displacement of heights that no tilt takes up, over all points, in the middle and
@@ -191,6 +195,9 @@ def _test(solution, terms, answer, made, flight, beside):
     of_row = solution.observations.flight[solution.observations.model]
     rows = (of_row == flight) & np.isfinite(terms.position[:, 0])
     sizes = _sizes(heights[rows], terms.position[rows])
+    error = np.median(solution.observations.standard_error[rows, 2])
+    if not sizes[2] <= MOST_OF_ERROR * error:
+        return nothing
     p_value = float(fdtrc(len(own), rest, f))
     return BendTest(flight, len(own), float(f), p_value, *sizes)
 

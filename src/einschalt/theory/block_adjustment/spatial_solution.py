@@ -5,6 +5,10 @@ Gauss-Newton: a small step of a model about its centroid moves a point by
     dT = dt + dλ a + dω × a,    a = s R (x − c),
 
 with shift, relative scale and turn in units of its extent, the root mean square of a.
+Model coordinates are measured, with errors in their own unit and along their own axes,
+and so a is their adjusted one in the end: with measured ones a block would be the
+smaller, and lean the more, the more is measured beside little control, since residuals
+on the ground shrink with its scale.
 Where residuals are so large that such steps grow, or hardly become smaller, second
 derivatives are counted too. Points are eliminated and the models are factored front by
 front as in the plane, with three rows a point and seven unknowns a model; the last
@@ -238,6 +242,7 @@ class _Task(BlockInOrder):
         for _ in range(MOST_PASSES):
             self._xyz = self.given.xyz[self.rows] + self._shared @ common
             last = self._settled(place, bent, control, settled)
+            last = self._without_pull(last, control, settled)
             bordered, shift, moved = self._border(last)
             if moved < OF_COMMON * settled:
                 return self._solution(last, control, common, bordered)
@@ -300,10 +305,32 @@ class _Task(BlockInOrder):
         worst = int(self.ordering.order[now.moves.argmax()])
         raise NoConvergenceError(now.size, worst, self.incidence.n_models)
 
-    def _pass(self, place, bent, control, residuals=None, order=LINEAR):
+    def _without_pull(self, last, control, settled):
+        """Last pass with the arms of adjusted points, beginning where models settled.
+
+        As it was where its steps do not become smaller: beside gross errors, of which
+        residuals are as long as arms. Nor where second derivatives count.
+        """
+        if last.order != LINEAR:
+            return last
+        now, before = last, np.inf
+        for _ in range(MOST_PASSES):
+            is_settled = now is not last and now.size < settled
+            now = self._pass(*now.moved(), control, now.residuals, adjusted=True)
+            if is_settled:  # a step is some thousand times smaller than the one before
+                return now
+            if not now.size < max(before, ROUGHLY):
+                return last
+            before = now.size
+        return last
+
+    def _pass(
+        self, place, bent, control, residuals=None, order=LINEAR, *, adjusted=False
+    ):
         """Linearise the block where its models stand, and find their step from there.
 
-        ``residuals`` are those of the place before, for second derivatives.
+        ``residuals`` are those of the place before, for second derivatives, or
+        (``adjusted``) for arms that end at the adjusted points.
         """
         arm = self._arms(place)
         extent = self._extents(arm)
@@ -311,7 +338,8 @@ class _Task(BlockInOrder):
         if order != LINEAR:
             given = self.incidence, arm, self.weights * residuals, extent
             second = second_derivatives(*given, is_positive=order == POSITIVE)
-        solver = self._factored(arm, extent, second)
+        ends = arm - residuals if adjusted else arm
+        solver = self._factored(ends, extent, second)
         right = -(place.centre[self._model] + arm)[:, :, None], control[:, :, None]
         found = solver.project(*right)
         stand = self._as_they_stand(solver, bent, right, found.parameters)
