@@ -129,3 +129,51 @@ def test_a_point_measured_wrongly_in_one_image_is_the_suspect(block, outliers):
     residuals = es.densify(spoilt, settings).solution.residuals
     suspects = residuals.loc[residuals["is_suspect"], "point_id"]
     assert set(suspects) == {images["point_id"][middle]}
+
+
+def with_m_g(block, factor):
+    names = ("high_flight", "low_flight")
+    flights = {name: getattr(block, name) for name in names}
+    return replace(
+        block,
+        **{k: replace(f, m_g_um=factor * f.m_g_um) for k, f in flights.items()},
+    )
+
+
+def estimated(block):
+    return es.adjust_block(block, kind="helmert_3d", variance_components="estimated")
+
+
+@pytest.mark.slow
+def test_the_size_of_image_errors_is_not_that_of_model_points(eight):
+    """Rays make the model points worse, which the drawn errors have already."""
+    factors, sizes = {"image points": [], "plan": []}, []
+    for own, _ in eight:
+        found = estimated(own)
+        table = found.components.set_index("group")["factor"]
+        for kind, values in factors.items():
+            values.append([table[f"{f}_flight, {kind}"] for f in ("high", "low")])
+        sizes.append(found.s_0)
+    for kind, is_one in (("image points", True), ("plan", False)):
+        of_kind = np.array(factors[kind])
+        scatter = of_kind.std(axis=0, ddof=1) / np.sqrt(len(of_kind))
+        away = (of_kind.mean(axis=0) - 1.0) / scatter
+        assert (np.abs(away) < 3.0).all() if is_one else (away > 3.0).all()
+    np.testing.assert_allclose(sizes, 1.0, atol=0.01)
+
+
+def test_image_errors_are_estimated_whatever_was_given(block):
+    """The claim is that of errors given truly, and model points are in another row."""
+    claimed, factors = [], []
+    for factor in (1.0, 2.0):
+        found = estimated(with_m_g(block, factor))
+        new = found.points[found.points["role"] == "new"]
+        claimed.append(np.sqrt((new["standard_error_total"] ** 2).mean()))
+        table = found.components.set_index("group")
+        factors.append(table.loc["low_flight, image points", "factor"])
+        assert found.s_0 == pytest.approx(1.0, abs=0.01)
+    assert claimed[1] == pytest.approx(claimed[0], rel=0.02)
+    assert factors[1] == pytest.approx(0.5 * factors[0], rel=0.02)
+    given = es.adjust_block(block, kind="helmert_3d").points
+    given = given[given["role"] == "new"]["standard_error_total"]
+    assert claimed[0] == pytest.approx(np.sqrt((given**2).mean()), rel=0.05)

@@ -162,7 +162,8 @@ class BlockAdjustment(FlightsResult):
         Of the part of the block that could be determined.
     components : DataFrame
         group (control, flights; plan, height and projection centres of spatial
-        models), standard_error_m (median, of one coordinate), factor (the errors that
+        models; image points behind them, if estimated),
+        standard_error_m (median, of one coordinate), factor (the errors that
         residuals show, over those that were given; of a group that was not estimated,
         one step towards them, which falls short where a given size is far off: 0.34
         for 0.25), factor_standard_error (NaN of such a step where given sizes are
@@ -428,7 +429,7 @@ def _of_norm(tables, weighed, options):
 
     Those without gross errors, by least squares, times the variance of the norm.
     """
-    given = tables, weighed.part, weighed.factors
+    given = tables, weighed.part, weighed.image_factors
     d = weighed.part.observations.control.shape[1]
     norms = [NORMS[name][d] for name in norms_of(options.outliers)]
     ratio = variance_by_norm(*given, weighed.block, norms)
@@ -442,7 +443,7 @@ def _result(tables, weighed, cleaned, verdicts, control, options):
     failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
-    known = covariances(tables, part, weighed.factors, solution)
+    known = covariances(tables, part, weighed.image_factors, solution)
     if options.outliers in NORMS and has_images(tables):
         known = replace(known, points=_of_norm(tables, weighed, options))
     points = point_table(tables, part, cleaned, known.points)

@@ -3,15 +3,16 @@
 Models that share a photograph share the errors of its points, and each model bends and
 tilts with the errors of its relative orientation. The adjustment takes model points for
 independent; so what it makes of the errors behind them is drawn: those of image points,
-as large as the errors of their flight in plan, of control, and of other flights with
-what all points of a model share there, put through the linearised adjustment. So are
-errors that control points share. Residuals of such points have other sizes than the
-adjustment expects: at the edge of a model they are larger, and good points would look
-wrong there. So has their sum of squares: rays that are longer than the scale number
-says, as from tilted photographs, make it larger.
+of the size that was given or that residuals show (`image_sizes`), of control, and of
+other flights with what all points of a model share there, put through the linearised
+adjustment. So are errors that control points share. Residuals of such points have other
+sizes than the adjustment expects: at the edge of a model they are larger, and good
+points would look wrong there. So has their sum of squares: rays that are longer than
+the scale number says, as from tilted photographs, make it larger.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -90,7 +91,7 @@ def covariances(tables, part, factors, solution) -> Covariances:
     """Find the covariances of the adjusted points, and of residuals of images.
 
     Those of the adjustment where no model was formed from images, and control shares no
-    errors. ``factors`` (n_groups + 1,) are those of the errors, see Weighed.
+    errors. ``factors`` (n_flights,) are those of the image errors, see Weighed.
     """
     observations, points = solution.observations, solution.point_cofactors
     if tables.has_unknown_groups:
@@ -194,28 +195,41 @@ def drawing(tables, part, factors, solution, *, with_tails=False):
     Normal ones, or (``with_tails``) those of image points with a share of worse ones.
     """
     observations = solution.observations
-    row = tables.row[part.rows]
-    # groups of a flight follow each other, that of its points in plan first
-    n_groups = (len(factors) - 1) // len(tables.flights)
-    chains = []
-    for k, start, images, chain in image_chains(tables, part, solution):
-        rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
-        error = images.standard_error * factors[k * n_groups]
-        tails = images.tails if with_tails else (0.0, 1.0)
-        chains.append((rows, row[rows] - start, error, images.rank, tails, chain))
+    flights = drawings_of_images(tables, part, factors, solution, with_tails=with_tails)
 
     def draw(rng, n_draws):
         every = observations.drawn_errors(rng, n_draws, solution.linear)
-        for rows, of_chain, error, rank, tails, chain in chains:
-            drawn = chain.axes.draw(rng, error[rank.argsort()], n_draws)
-            if tails[0] > 0.0:
-                drawn *= _worse(rng, tails, drawn.shape, len(error))
-            by_point = drawn.reshape(len(rank), -1, n_draws)
-            moved = chain.apply(by_point[rank].reshape(drawn.shape))
-            every[rows] = moved.reshape(chain.n_points, -1, n_draws)[of_chain]
+        for _, rows, of_images in flights:
+            every[rows] = of_images(rng, n_draws)
         return every
 
     return draw
+
+
+def drawings_of_images(tables, part, factors, solution, *, with_tails=False):
+    """Functions that draw what image errors make of the points of each flight.
+
+    List of the number of the flight, the rows of the part, and the function.
+    """
+    row, found = tables.row[part.rows], []
+    for k, start, images, chain in image_chains(tables, part, solution):
+        rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
+        error = images.standard_error * factors[k]
+        tails = images.tails if with_tails else (0.0, 1.0)
+        draw = partial(
+            _drawn_through, chain, row[rows] - start, error, images.rank, tails
+        )
+        found.append((k, rows, draw))
+    return found
+
+
+def _drawn_through(chain, of_chain, error, rank, tails, rng, n_draws):
+    drawn = chain.axes.draw(rng, error[rank.argsort()], n_draws)
+    if tails[0] > 0.0:
+        drawn *= _worse(rng, tails, drawn.shape, len(error))
+    by_point = drawn.reshape(len(rank), -1, n_draws)
+    moved = chain.apply(by_point[rank].reshape(drawn.shape))
+    return moved.reshape(chain.n_points, -1, n_draws)[of_chain]
 
 
 def _worse(rng, tails, shape, n_points):

@@ -14,9 +14,9 @@ from einschalt.stages.simultaneous.image_errors import (
     has_images,
     judge_of,
 )
+from einschalt.stages.simultaneous.image_sizes import with_image_sizes
 from einschalt.stages.simultaneous.variance_components import (
     Weighed,
-    groups_of,
     weigh_groups,
 )
 from einschalt.theory.block_adjustment.determinacy import INCREDIBLE, loose_models
@@ -107,12 +107,19 @@ def weigh_part(tables, part, begun, options) -> Weighed:
     off. Gross errors are looked for unless they are to be kept, and in the same way
     whatever is to become of them.
     """
+    weighed = _weighed(tables, part, begun, options)
+    if options.variance_components == "given" or not has_images(tables):
+        return weighed
+    return with_image_sizes(tables, weighed)
+
+
+def _weighed(tables, part, begun, options):
     estimates_all = options.variance_components == "estimated"
     if options.outliers == "keep":
         return weigh_groups(tables, part, begun, all_of_them=estimates_all)
     drawn = None
     if has_images(tables):
-        given = np.ones(len(groups_of(tables, part).names) + 1)
+        given = np.ones(len(tables.flights))
         drawn = covariances(tables, part, given, begun.solution).residuals
     judge = judge_of(part, drawn)
     block = sound_block(begun, part.observations, options.significance, judge)

@@ -131,7 +131,7 @@ def made_by_errors(tables, weighed, solution, answer):
     is_shared = observations.shared_control is not None
     if not (has_images(tables) or is_shared) or solution.redundancy <= 0:
         return MadeByErrors(answer.normals, 1.0)
-    draw = drawing(tables, weighed.part, weighed.factors, solution)
+    draw = drawing(tables, weighed.part, weighed.image_factors, solution)
     weight = observations.control_weight
     sums, squares = np.zeros_like(answer.normals), 0.0
     rng = np.random.default_rng(1971)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.language import mark
 from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 from einschalt.theory.block_adjustment.group_components import group_components
 from einschalt.theory.block_adjustment.observations import Part
@@ -20,6 +21,13 @@ SETTLED = 0.01
 MOST_FACTOR = 1e3
 REFUTED = 3.0  # standard errors of a factor
 CONTROL = "control"
+# of the measured coordinates of spatial models
+KINDS = (
+    mark("plan"),
+    mark("height"),
+    mark("centres in plan"),
+    mark("centres in height"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +47,7 @@ def groups_of(tables, part) -> Groups:
     if not tables.is_spatial:
         known = np.zeros(len(tables.flights), dtype=bool)
         return Groups(list(tables.flights), np.repeat(flight[:, None], 2, 1), known)
-    kinds = ("plan", "height", "centres in plan", "centres in height")
-    names = [f"{name}, {kind}" for name in tables.flights for kind in kinds]
+    names = [f"{name}, {kind}" for name in tables.flights for kind in KINDS]
     is_centre = tables.is_centre[part.points][observations.point]
     plan = 4 * flight + 2 * is_centre
     is_unknown = np.tile([False, True, True, True], len(tables.flights))
@@ -62,6 +69,8 @@ class Weighed:
     # step from errors that are refuted), redundancy, is_estimated (they were adjusted
     # with it)
     table: pd.DataFrame
+    # (n_flights,): of the errors of image points, over those that were given
+    image_factors: np.ndarray
 
 
 def weigh_groups(
@@ -92,7 +101,8 @@ def weigh_groups(
     table = _table(part.observations, groups, applied, found)
     table["is_estimated"] = is_free[table.index] & table["factor"].notna()
     table = _without_errors_of_single_steps(table)
-    return Weighed(part, block, applied, table.reset_index(drop=True))
+    as_given = np.ones(len(tables.flights))
+    return Weighed(part, block, applied, table.reset_index(drop=True), as_given)
 
 
 def _without_errors_of_single_steps(table):
