@@ -283,6 +283,15 @@ def _is_no_line(spread):
     return principal[:, 1] > THINNEST * principal[:, 2]
 
 
+def nearest_rotations(cross):
+    """Rotations that put points best onto others, (n, 3, 3).
+
+    ``cross`` (n, 3, 3) are sums of products of their centred coordinates, those of the
+    others first (Kabsch 1976).
+    """
+    return _best_rotation(cross)[0]
+
+
 def _best_rotation(cross):
     left, singular, right = np.linalg.svd(cross)
     is_inside_out = np.linalg.det(left @ right) < 0.0

@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 from tests.changed_results import changed
 
+import einschalt as es
+from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.pipeline.assessment.evidence.ground.frame import (
     LARGEST_DIAGONAL_M,
     LARGEST_STRETCH,
@@ -15,7 +17,11 @@ from einschalt.pipeline.assessment.evidence.ground.frame import (
     are_mirrored,
     are_upside_down,
 )
-from einschalt.pipeline.assessment.evidence.ground.stretch import stretch_of
+from einschalt.pipeline.assessment.evidence.ground.stretch import (
+    affinities_onto_control,
+    stretch_of,
+)
+from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 
 def without_system(result):
@@ -83,6 +89,24 @@ def test_an_axis_that_is_stretched_more_than_film(good_result):
     assert frame.doubt is Doubt.STRETCHED
     # beside the affinity that measuring errors make of single models
     assert frame.stretch == pytest.approx(0.01, rel=0.1)
+
+
+def test_spatial_models_of_tilted_photographs_are_not_stretched():
+    """As oriented by themselves; with a plane fit of x and y by a third."""
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    block = es.simulate_block("demo", seed=2, geometry=geometry)
+    turn = rotation_from_angles(0.7, 0.0, 0.3)
+    points = block.high_flight.model_points
+    tilted = points.copy()
+    tilted[["x", "y", "z"]] = points[["x", "y", "z"]].to_numpy() @ turn.T
+    high = replace(block.high_flight, model_points=tilted)
+    result = es.densify(replace(block, high_flight=high))
+    frame = result.examination.frame
+    assert stretch_of(affinities_onto_control(tilted, block.control_points)).size > 0.2
+    assert frame.stretch < LARGEST_STRETCH
+    assert not frame.is_stretched
+    codes = [finding.code for finding in result.assessment.findings]
+    assert "stretched_models" not in codes
 
 
 def test_affinities_of_weak_models_are_no_stretch():

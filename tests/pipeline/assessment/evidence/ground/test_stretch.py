@@ -61,6 +61,48 @@ def test_what_one_wrong_point_makes_of_its_models_is_not_common():
     assert found.size < 0.001
 
 
+def surveyed_in_space(to_ground, tilt, *, relief=60.0, n_models=6, n_points=8, seed=0):
+    """Models of photographs tilted alike, each flown in another direction."""
+    points, control = surveyed(to_ground, n_models=n_models, n_points=n_points)
+    rng = np.random.default_rng(seed)
+    height = rng.uniform(-relief, relief, len(points))
+    noise = rng.normal(0.0, 0.02, len(points))
+    y, z = points["y"], (height + noise) / 8.0
+    points["y"] = np.cos(tilt) * y - np.sin(tilt) * z
+    points["z"] = np.sin(tilt) * y + np.cos(tilt) * z
+    return points, control.assign(height=height)
+
+
+@pytest.mark.parametrize("relief", [0.0, 60.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.7])
+def test_tilted_models_are_not_stretched(tilt, relief):
+    """x and y of models as they were formed are shorter across the tilt."""
+    given = surveyed_in_space(np.eye(2), tilt, relief=relief)
+    if tilt:
+        standing = affinities_onto_control(*given)
+        assert stretch_of(standing).size > 0.2
+        assert stretch_of(standing).p_value < 1e-3
+    found = affinities_onto_control(*given, is_turned=True)
+    assert len(found) == 6
+    assert stretch_of(found).size < 1e-3
+
+
+@pytest.mark.parametrize("ratio", [1.01, 0.3048])
+def test_an_axis_out_of_scale_shows_in_tilted_models(ratio):
+    given = surveyed_in_space(np.diag([ratio, 1.0]), 0.7)
+    found = stretch_of(affinities_onto_control(*given, is_turned=True))
+    assert found.east_by_north == pytest.approx(ratio, rel=0.02)
+    assert found.p_value < 1e-3
+
+
+def test_control_without_heights_turns_no_model():
+    points, control = surveyed_in_space(np.eye(2), 0.7)
+    control.loc[control["point_id"].str.startswith("0/"), "height"] = np.nan
+    found = affinities_onto_control(points, control, is_turned=True)
+    assert len(found) == 5
+    assert stretch_of(found).size < 1e-3
+
+
 def test_points_on_a_line_tell_nothing():
     points, control = surveyed(np.eye(2))
     points["y"] = 0.5 * points["x"]

@@ -28,6 +28,7 @@ from einschalt.pipeline.assessment.evidence.ground.stretch import (
 )
 from einschalt.pipeline.block.axis_order import tells_axes
 from einschalt.pipeline.block.facts import POINT_TABLES
+from einschalt.stages.curved_earth import SPATIAL
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -186,9 +187,9 @@ class Frame:
 
 def frame_of(examined) -> Frame:
     """Compare the models with film, and with the way round that it shows the ground."""
-    mirrored = are_mirrored(examined.models)
+    mirrored = shaped = are_mirrored(examined.models)
     if mirrored.empty:
-        mirrored = _onto_control(examined)
+        mirrored, shaped = _onto_control(examined)
     over = are_upside_down(examined.models)
     places = examined.points.drop_duplicates("point_id").set_index("point_id")
     places = columns_of(places, PLAN)
@@ -203,7 +204,7 @@ def frame_of(examined) -> Frame:
         n_mirrored=int(mirrored["is_mirrored"].sum()),
         n_spatial=len(over),
         n_upside_down=int(over["is_upside_down"].sum()),
-        common=stretch_of(mirrored),
+        common=stretch_of(shaped),
         has_system=_has_system(examined.block),
         coordinates=tuple(_rms(axis) for axis in new.to_numpy(dtype=float).T),
     )
@@ -231,17 +232,24 @@ def are_mirrored(models):
 
 
 def _onto_control(examined):
-    """Affine parameters onto control of models that cannot be stretched themselves."""
+    """Affine parameters onto control of models that cannot be stretched themselves.
+
+    Of x and y as they are, and of spatial models turned as the ground lies.
+    """
     block = examined.block
-    if block.high_flight is None:
-        return are_mirrored(examined.models).iloc[:0]
-    points = block.high_flight.model_points
-    if block.high_flight.has_images:
+    points = block.high_flight and block.high_flight.model_points
+    if block.high_flight is not None and block.high_flight.has_images:
         points = examined.oriented_high_points
     if points is None:
-        return are_mirrored(examined.models).iloc[:0]
-    found = affinities_onto_control(points, block.control_points)
-    return found.assign(is_mirrored=are_negative(found))
+        return (are_mirrored(examined.models).iloc[:0],) * 2
+    control = block.control_points
+    found = affinities_onto_control(points, control)
+    mirrored = found.assign(is_mirrored=are_negative(found))
+    if block.high_flight.transformation != SPATIAL:
+        return mirrored, mirrored
+    if "z" not in points or "height" not in control:
+        return mirrored, mirrored.iloc[:0]
+    return mirrored, affinities_onto_control(points, control, is_turned=True)
 
 
 def _rms(values):

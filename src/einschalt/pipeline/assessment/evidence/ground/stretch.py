@@ -1,7 +1,9 @@
 """One axis of the ground against the other: a stretch that all models share.
 
 Affine models take it up, and have it in their parameters; of models that keep their
-shape it is told by an affine fit onto control.
+shape it is told by an affine fit onto control. Spatial models are turned as the ground
+lies first: x and y of oblique photographs are shorter one way, as the cosine of their
+tilt, where they stand as they were formed.
 """
 
 from dataclasses import dataclass
@@ -12,6 +14,8 @@ from scipy.special import fdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.batches import segment_centred, segment_sum
 from einschalt.foundations.frame_columns import values_of
+from einschalt.theory.adjustment.point_operator import GROUND_NAMES
+from einschalt.theory.transformation.helmert_3d import nearest_rotations
 
 DETERMINANT = ["a1", "a2", "b1", "b2"]
 # share of an affinity beyond which the smaller axis of a model is nothing
@@ -92,14 +96,18 @@ def _common(affinities, weights):
     return float(min(np.abs(mean), of_most)), float(fdtrc(2, degrees, ratio))
 
 
-def affinities_onto_control(model_points, control) -> pd.DataFrame:
+def affinities_onto_control(model_points, control, *, is_turned=False) -> pd.DataFrame:
     """Affine parameters of models onto control, whatever they are transformed by.
 
-    Of every model whose control points span a plane, with ``n_points``.
+    Of every model whose control points span a plane, with ``n_points``. Where
+    ``is_turned``, of spatial models turned in space as their control points lie that
+    have heights.
     """
-    used = control.loc[control["role"] != "check", ["point_id", "easting", "northing"]]
-    both = model_points.drop(columns=["easting", "northing"], errors="ignore")
-    both = both.merge(used, on="point_id").sort_values(["coverage", "model_id"])
+    d = 3 if is_turned else 2
+    used = control.loc[control["role"] != "check", ["point_id", *GROUND_NAMES[:d]]]
+    both = model_points.drop(columns=list(GROUND_NAMES), errors="ignore")
+    both = both.merge(used.dropna(), on="point_id")
+    both = both.sort_values(["coverage", "model_id"])
     keys = both[["coverage", "model_id"]].to_numpy(dtype=object)
     is_first = np.ones(len(both), dtype=bool)
     is_first[1:] = (keys[1:] != keys[:-1]).any(axis=1)
@@ -107,8 +115,10 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
     n_points = np.diff(start)
     at, to = (
         segment_centred(values_of(both, names), start)
-        for names in (["x", "y"], ["easting", "northing"])
+        for names in (["x", "y", "z"][:d], list(GROUND_NAMES[:d]))
     )
+    if is_turned:
+        at, to = _turned(at, to, start)[:, :2], to[:, :2]
     own = segment_sum(at[:, :, None] * at[:, None, :], start)
     mixed = segment_sum(to[:, :, None] * at[:, None, :], start)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -117,6 +127,13 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
     matrix = mixed[is_known] @ np.linalg.inv(own[is_known])
     table = pd.DataFrame(matrix.reshape(-1, 4), columns=DETERMINANT)
     return table.assign(n_points=n_points[is_known])
+
+
+def _turned(at, to, start):
+    """Centred points of each model, turned as they lie on the ground."""
+    cross = segment_sum(to[:, :, None] * at[:, None, :], start)
+    rotation = nearest_rotations(cross)
+    return np.einsum("nab,nb->na", np.repeat(rotation, np.diff(start), axis=0), at)
 
 
 def are_negative(affine):
