@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import einschalt as es
+from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 PLAN = ["easting", "northing"]
 HANDLED = ["snoop", "huber", "tukey"]
@@ -122,3 +123,62 @@ def test_kilometres_that_are_kept_make_no_size_of_errors(exchanged):
     found = es.adjust_block(wrong, outliers="keep", variance_components="estimated")
     assert np.isfinite(found.points["standard_error_easting"]).all()
     assert (found.components["factor"] > 0.5).all()
+
+
+def with_errors_along_rays(seed):
+    """Spatial models, far on one side, whose errors grow with the distance."""
+    geometry = replace(
+        PRESETS["demo"].geometry,
+        transformation="helmert_3d",
+        width=2_200.0,
+        height=2_200.0,
+        point_spacing=90.0,
+    )
+    block = es.simulate_block("demo", seed=seed, geometry=geometry)
+    points = block.low_flight.model_points
+    models = points.groupby(["coverage", "model_id"])
+    away = points["x"] - models["x"].transform("mean")
+    size = 0.01 * np.exp(1.5 * away / away.abs().max())  # mm
+    error = size * np.random.default_rng(seed).standard_normal(len(points))
+    moved = {axis: points[axis] + k * error for axis, k in RAY.items()}
+    return with_points(block, points.assign(**moved))
+
+
+RAY = {"x": 1.0, "y": 0.5, "z": 1.0}
+
+
+def with_points(block, points):
+    return replace(block, low_flight=replace(block.low_flight, model_points=points))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_errors_along_rays_are_no_gross_errors(outliers):
+    """Sixty or seventy were named in each, far points all of them."""
+    for seed in range(6):
+        block = with_errors_along_rays(seed)
+        found = es.adjust_block(block, kind="helmert_3d", outliers=outliers)
+        assert found.residuals["is_suspect"].sum() <= 2
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_exchanged_names_of_neighbours_are_found_beside_errors_along_rays(outliers):
+    block = with_errors_along_rays(3)
+    points = block.low_flight.model_points.copy()
+    sizes = points.groupby("model_id")["x"].transform("size")
+    held = points[sizes == sizes.max()]
+    held = held[held["model_id"] == held["model_id"].iloc[0]]
+    middle = (held[["x", "y"]] - held[["x", "y"]].mean()).abs().max(axis=1).idxmin()
+    distance = np.linalg.norm(
+        held[["x", "y"]] - held.loc[middle, ["x", "y"]].to_numpy(), axis=1
+    )
+    pair = held.index[distance.argsort()[:2]]
+    axes = ["x", "y", "z"]
+    points.loc[pair, axes] = points.loc[pair[::-1], axes].to_numpy()
+    spoilt = with_points(block, points)
+    found = es.adjust_block(spoilt, kind="helmert_3d", outliers=outliers).residuals
+    suspects = found[found["is_suspect"]]
+    in_model = suspects[suspects["model_id"] == held["model_id"].iloc[0]]
+    assert set(points.loc[pair, "point_id"]) <= set(in_model["point_id"])
+    if outliers == "snoop":  # kept, they make others look wrong
+        assert len(suspects) <= 4

@@ -27,6 +27,10 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_observations,
 )
 from einschalt.theory.block_adjustment.gross_errors import OUT
+from einschalt.theory.block_adjustment.neighbouring_errors import (
+    judge_among_neighbours,
+    neighbours_of,
+)
 from einschalt.theory.block_adjustment.norm_precision import variances_by_norm
 
 # standard errors from so many draws are known to 2.5 per cent
@@ -175,15 +179,21 @@ def has_images(tables):
 def judge_of(part, drawn):
     """Test of the observations of a part: ``judge(solution, is_out, given)``.
 
-    By the covariance of their residuals where it was drawn, alone otherwise. What is
-    out takes no part in how large the errors of its flight are.
+    By the covariance of their residuals where it was drawn; alone otherwise, and among
+    their neighbours in the models of space. What is out takes no part in how large the
+    errors of its flight are, or of its neighbours.
     """
     flight = part.observations.flight[part.observations.model]
+    known = []  # the neighbours, found once
 
     def judge(solution, is_out, given):
         alone = judge_observations(solution, given)
         if drawn is None:
-            return alone
+            if not solution.observations.is_in_space:
+                return alone
+            if not known:
+                known.append(neighbours_of(solution))
+            return judge_among_neighbours(solution, alone, given, known[0], ~is_out)
         return judge_by_covariance(solution, alone, drawn, flight, ~is_out)
 
     return judge
