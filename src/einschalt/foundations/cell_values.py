@@ -28,6 +28,12 @@ FIRST_SIGN, LAST_SIGN = 0x20, 0x7F  # of ASCII
 COARSE = 1e-3  # what numbers of fewer bytes may be apart, in whatever unit
 
 
+def are_blank(raw):
+    """Which cells of a column are empty, or hold nothing but blanks, ndarray."""
+    blank = raw.isna() | (raw.astype(str).str.strip() == "")
+    return blank.to_numpy(dtype=bool)
+
+
 def numbers(raw, column):
     """Numbers of a column, as they were read into a Series.
 

@@ -32,6 +32,7 @@ class Column:
     """One column: its name, what it holds, and what is allowed.
 
     ``kind`` is ``id`` (text), ``number`` or ``choice``; ``unit`` is said in messages.
+    A cell may be empty where that of the column is which it belongs to.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Column:
     may_be_missing: bool = False
     choices: tuple[str, ...] = ()
     default: object = None
+    belongs_to: str = ""
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,7 @@ def _numbers(unit, *names, **flags):
     return [_number(name, unit, **flags) for name in names]
 
 
+OF_HEIGHT = {"is_required": False, "belongs_to": "height"}
 PLAN_ERRORS = ("standard_error_easting", "standard_error_northing")
 CONTROL_POINTS = Schema(
     "control_points",
@@ -120,8 +123,8 @@ CONTROL_POINTS = Schema(
         # for the simultaneous adjustment, in place of standard_error_m
         *_numbers("metres", *PLAN_ERRORS, is_required=False, is_positive=True),
         _number("covariance_en", "square metres", is_required=False),
-        _number("standard_error_height", "metres", is_required=False, is_positive=True),
-        *_numbers("square metres", "covariance_eh", "covariance_nh", is_required=False),
+        _number("standard_error_height", "metres", is_positive=True, **OF_HEIGHT),
+        *_numbers("square metres", "covariance_eh", "covariance_nh", **OF_HEIGHT),
         GROUP,
     ),
     key=("point_id",),
@@ -337,8 +340,10 @@ def _check_values(frame, raw, column, source, seen):
         is_tidy = seen.is_tidy(column.name) if column.name in seen.names else None
         values, is_bad, say = cell_values.identifiers(raw, is_tidy=is_tidy)
         if column.may_be_missing and is_bad.any():
-            is_blank = raw.isna() | (raw.astype(str).str.strip() == "")
-            is_bad = is_bad & ~is_blank.to_numpy(dtype=bool)
+            is_bad = is_bad & ~cell_values.are_blank(raw)
+    if list(frame.columns).count(column.belongs_to) == 1 and is_bad.any():
+        blank = map(cell_values.are_blank, (raw, frame[column.belongs_to]))
+        is_bad = is_bad & ~np.logical_and(*blank)
 
     def problem(place):
         found, expected, remedy = say(raw.iloc[place])

@@ -8,7 +8,10 @@ from scipy import stats
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.block_tests import (
+    judge_control,
+    judge_observations,
+)
 from einschalt.theory.block_adjustment.gross_error_search import outlier_free_block
 from einschalt.theory.block_adjustment.gross_errors import (
     ContradictedModelError,
@@ -35,6 +38,9 @@ CASES = {
     "grid, steep tilts": {"tilt": 0.4},
     "grid, correlated control": {"control": "correlated"},
     "grid, control held": {"control": "held"},
+    "grid, some known in plan": {"control": "correlated", "in_plan": 3},
+    "grid, held in plan": {"control": "held", "in_plan": 3},
+    "strip, many known in plan": {"layout": "strip", "every": 2, "in_plan": 2},
     "one model": {"layout": "one model"},
     "two models": {"layout": "two models"},
     "strip": {"layout": "strip"},
@@ -72,6 +78,10 @@ def a_block(layout="grid", *, seed=0, tilt=0.03, relief=80.0, control="even", **
         "correlated": root @ np.swapaxes(root, 1, 2) + 1e-4 * np.eye(3),
         "held": np.zeros((3, 3)),
     }[control]
+    if "in_plan" in more:
+        some = chosen[:: more["in_plan"]]
+        given[some, 2] = np.nan
+        covariance[some, 2], covariance[some, :, 2] = 0.0, 0.0
     origin = np.array(more.get("origin", (0.0, 0.0, 0.0)))
     observations = SpatialObservations(
         model=model,
@@ -107,7 +117,8 @@ class Dense:
         o = self.given = observations
         self.found = None if found is None else found.placement
         self.origin = np.nanmean(o.control, axis=0)
-        self.is_free = ~o.is_fixed
+        self.is_free = ~(o.is_fixed[:, None] & np.isfinite(o.control))
+        self.n_given = np.isfinite(o.control).sum(axis=1)
         count = np.bincount(o.model)[:, None]
         self.centroid = (
             np.column_stack([np.bincount(o.model, c) for c in o.xyz.T]) / count
@@ -115,15 +126,15 @@ class Dense:
         self.xyz = o.xyz - self.centroid[o.model]
         self.observed = np.flatnonzero(o.is_control & ~o.is_fixed)
         self.roots = [
-            np.linalg.inv(np.linalg.cholesky(o.control_covariance[k]))
-            for k in self.observed
+            np.linalg.inv(np.linalg.cholesky(o.control_covariance[k, :d, :d]))
+            for k, d in zip(self.observed, self.n_given[self.observed], strict=True)
         ]
 
     def unpacked(self, x):
         n = self.given.n_models
         points = np.zeros((self.given.n_points, 3), dtype=x.dtype)
         points[~self.is_free] = (self.given.control - self.origin)[~self.is_free]
-        points[self.is_free] = x[7 * n :].reshape(-1, 3)
+        points[self.is_free] = x[7 * n :]
         return x[: 7 * n].reshape(n, 7), points
 
     def residuals(self, x):
@@ -141,7 +152,7 @@ class Dense:
         v = v / o.standard_error
         given = (o.control - self.origin)[self.observed]
         control = [
-            root @ (points[k] - c)
+            root @ (points[k] - c)[: len(root)]
             for root, k, c in zip(self.roots, self.observed, given, strict=True)
         ]
         return np.concatenate([v.ravel(), *control])
@@ -161,7 +172,7 @@ class Dense:
         arm = models[:, 3:4] * turned_by(models[:, 4:], self.centroid)
         models[:, :3] = shift + arm
         start = np.concatenate(
-            [models.ravel(), (found.points - self.origin)[self.is_free].ravel()]
+            [models.ravel(), (found.points - self.origin)[self.is_free]]
         )
         rng = np.random.default_rng(1)
         size = np.maximum(np.abs(start), 1e-3)
@@ -197,10 +208,18 @@ def test_equals_scipy_with_every_unknown(name):
     root = np.linalg.inv(r)
     cofactors = root @ root.T / np.outer(size, size)
     n = 7 * observations.n_models
-    free = np.flatnonzero(~observations.is_fixed)
-    for k, p in enumerate(free):
-        at = slice(n + 3 * k, n + 3 * k + 3)
-        assert_close(found.point_cofactors[p], cofactors[at, at])
+    expected = np.zeros((*dense.is_free.shape, *dense.is_free.shape))
+    free = np.nonzero(dense.is_free)
+    expected[(*(f[:, None] for f in free), *free)] = cofactors[n:, n:]
+    for p in np.unique(free[0]):
+        axes = np.flatnonzero(dense.is_free[p])
+        own = np.ix_(axes, axes)
+        assert_close(found.point_cofactors[p][own], expected[p, :, p][own])
+    is_given = np.isfinite(observations.control)
+    held = np.where(dense.is_free, found.points - observations.control, 0.0)
+    np.testing.assert_allclose(
+        found.control_residuals, np.where(is_given, held, np.nan), atol=NANOMETRE
+    )
     for m in range(observations.n_models):
         assert_close(
             found.parameter_cofactors[m][3:, 3:],
@@ -320,6 +339,36 @@ def test_wrong_control_is_named_with_its_error():
     r = 1.0 - solution.control_leverage[wrong]
     away = (found.error[wrong] - [0.0, 0.0, 0.5]) / (0.02 / np.sqrt(r))
     assert np.abs(away).max() < 4.0
+
+
+def test_wrong_control_without_a_height_is_named_with_its_error_in_plan():
+    observations, _ = a_block(seed=2, in_plan=2)
+    control = observations.control.copy()
+    in_plan = observations.is_control & np.isnan(control[:, 2])
+    wrong = np.flatnonzero(in_plan)[2]
+    control[wrong] += [0.4, 0.0, 0.0]
+    solution = adjust_spatially(replace(observations, control=control))
+    found = examine_control(solution, 0.001)
+    assert list(np.flatnonzero(found.is_suspect)) == [wrong]
+    assert np.isnan(found.error[wrong, 2])
+    assert np.isnan(solution.control_leverage[wrong, 2])
+    r = 1.0 - solution.control_leverage[wrong, :2]
+    away = (found.error[wrong, :2] - [0.4, 0.0]) / (0.02 / np.sqrt(r))
+    assert np.abs(away).max() < 4.0
+    assert found.without.redundancy == solution.redundancy - 2
+
+
+def test_tests_of_control_without_heights_are_uniform():
+    """Those of two coordinates, beside those of three."""
+    p = []
+    for seed in range(40):
+        found = adjust_spatially(a_block(seed=seed, in_plan=2)[0])
+        in_plan = found.observations.is_control & np.isnan(
+            found.observations.control[:, 2]
+        )
+        own = judge_control(found).p_value[in_plan]
+        p.append(own[np.isfinite(own)][::4])
+    assert stats.kstest(np.concatenate(p), "uniform").pvalue > 0.01
 
 
 def test_p_values_of_good_points_are_uniform():

@@ -186,6 +186,8 @@ def _allowed(column, meaning):
         words.append(translated(" or ").join(column.choices))
     words += [translated("above 0")] if column.is_positive else []
     words += [translated("may be empty")] if column.may_be_missing else []
+    if other := column.belongs_to:
+        words.append(translated("may be empty where {column} is", column=f"`{other}`"))
     return "; ".join(words)
 
 

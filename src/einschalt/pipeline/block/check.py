@@ -50,6 +50,7 @@ from einschalt.pipeline.block.stereo_models import (
     parallax_problems,
 )
 from einschalt.pipeline.block.ways_between_systems import with_total_errors
+from einschalt.stages.control_in_plan import note_of_plan_alone, with_rough_plan
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 MODEL_KEY = ["coverage", "model_id"]
@@ -84,7 +85,7 @@ def check_block(block, said=frozenset()) -> Findings:
     check.points_in_models()
     check.models_on_points()
     # a table of control may be that of approximate points as well
-    problems = {str(problem): problem for problem in check.problems}
+    problems = {str(each): each for each in with_rough_plan(block, check.problems)}
     lists = (problems.values(), check.models, dict.fromkeys(check.notes))
     return Findings(check.checked, *map(tuple, lists))
 
@@ -265,7 +266,7 @@ class _Check:
                 self.problems += coordinate_problems(frame, file)
                 problems, notes = heights_that_are_none(frame, file)
                 self.problems += problems
-                self.notes += notes
+                self.notes += notes + note_of_plan_alone(self.block, frame, file)
         ground, name = self._ground_and_flight()
         if (
             ground

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.frame_columns import columns_of, with_columns
+from einschalt.foundations.names import is_among
 from einschalt.stages.results import FAILURE_COLUMNS
 
 LOW = "low_flight"
@@ -12,8 +13,10 @@ MODEL = ["coverage", "model_id"]
 PLAN_AXES = 2
 
 
-def with_roles(points, control_points):
+def with_roles(points, control_points, without_part=()):
     """Say which points are new, control or check, and by how much these are missed.
+
+    Control onto which nothing could be fitted, names of ``without_part``, is check.
 
     With ``role`` before ``is_suspect``, and difference_easting, difference_northing
     [, difference_height] (densified minus given) [m].
@@ -24,7 +27,8 @@ def with_roles(points, control_points):
         points.insert(points.columns.get_loc("is_suspect"), "role", "new")
         return points.assign(**dict.fromkeys(differences, np.nan))
     given = control_points.set_index("point_id").reindex(points["point_id"])
-    role = given["role"].fillna("new").to_numpy()
+    role = given["role"].fillna("new").to_numpy(dtype=object)
+    role = np.where(is_among(points["point_id"], without_part), "check", role)
     points.insert(points.columns.get_loc("is_suspect"), "role", role)
     for name, difference in zip(names, differences, strict=True):
         known = given[name].to_numpy() if name in given else np.nan

@@ -50,9 +50,11 @@ from einschalt.pipeline.densification.simultaneous import (
 )
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.progress import Stage
+from einschalt.stages.control_in_plan import known_in_plan_alone
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.error_propagation.covariances import PropagatedErrors
 from einschalt.stages.error_propagation.error_model import ErrorModel
+from einschalt.stages.error_propagation.given_points import approximations_are_control
 from einschalt.stages.error_propagation.shared_bend_errors import with_shared_bends
 from einschalt.stages.error_propagation.shared_error import (
     shared_error_of,
@@ -433,10 +435,19 @@ def averaging_with(settings, model, block):
 def _final_points(block, settings, means, screening, errors):
     """Points with roles and standard errors, and errors, after the distribution."""
     points = with_suspects(means.points, screening)
-    points = with_roles(points, block.control_points)
+    points = with_roles(points, block.control_points, _without_part(block))
     points, errors = distributed(block, settings, points, errors)
     errors = with_shared_error(errors, shared_error_of(block))
     return with_standard_errors(points, errors), errors
+
+
+def _without_part(block):
+    """Names of control onto which no spatial model is fitted, having no height."""
+    if block.high_flight is None and not approximations_are_control(block):
+        return ()
+    flight = block.high_flight or block.low_flight
+    control = block.control_points
+    return () if control is None else known_in_plan_alone(control, flight)
 
 
 def _failures(flights, high, low):

@@ -18,7 +18,7 @@ def determined_part(tables):
     if tables.is_spatial:
         every = np.ones(observations.n_models, dtype=bool)
         ground = _without_centres(tables, every).observations
-        observations = ground.in_plan(is_affine=True)
+        observations = ground.ties_in_plan()
     verdicts = determinacy.examine(observations)
     return part_of(tables, verdicts), verdicts
 

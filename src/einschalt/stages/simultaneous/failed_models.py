@@ -6,6 +6,7 @@ from einschalt.foundations import typesetting
 from einschalt.theory.block_adjustment import determinacy
 
 STAGE = "simultaneous_adjustment"
+SPATIAL = "helmert_3d"
 MOVES_FREELY = (
     "it can move against the rest of the block: too few points tie it, or the part it "
     "belongs to"
@@ -65,6 +66,8 @@ def why_failed(verdicts, model, kind):
     part = f"the part of the block it belongs to, {together},"
     if verdict == determinacy.NO_CONTROL:
         has = _points(n_control, "control point")
+        if kind == SPATIAL:  # others hold it in plan
+            has += " with a height" if n_control == 1 else " with heights"
         return (
             f"{part} has {has}, but {kind} needs {needs}",
             "Tie it to the rest of the block, or give it control points",

@@ -83,7 +83,8 @@ def code_block(flights, control_points, known=INDEPENDENT) -> BlockTables:
 
     ``known`` says what the errors of control have in common (SharedErrors).
 
-    ``control_points``: point_id, easting, northing [, height] [, standard_error_m
+    ``control_points``: point_id, easting, northing [, height, NaN where a point is
+    known in plan alone] [, standard_error_m
     (total)] [, role] and, where they are known, standard_error_easting,
     standard_error_northing, standard_error_height, covariance_en, covariance_eh,
     covariance_nh. Check points take no part. Without any standard error control is
@@ -237,18 +238,21 @@ def _given_control(control_points, points, *, is_spatial):
     place = points.locate(names := encode(frame["point_id"]))[names.codes]
     is_used = (frame["role"] != "check").to_numpy() & (place >= 0)
     used = np.flatnonzero(is_used)
-    coordinates[place[used]] = values_of(frame, axes)[used]
+    coordinates[place[used]] = (known := values_of(frame, axes))[used]
     own = _covariances(control_points, axes)
-    _refuse_impossible(own, frame)
+    is_none = np.isnan(known)
+    own[is_none[:, :, None] | is_none[:, None, :]] = 0.0  # known in plan alone
+    _refuse_impossible(own, is_none, frame)
     covariance[place[used]] = own[used]
     row[place[used]] = used
     return given, row
 
 
-def _refuse_impossible(covariance, frame):
-    """Refuse covariances that no errors can have."""
+def _refuse_impossible(covariance, is_none, frame):
+    """Refuse covariances that no errors can have; ``is_none`` are not given, (n, d)."""
     is_given = covariance.any(axis=(1, 2))
-    is_possible = np.linalg.eigvalsh(covariance)[:, 0] > 0.0
+    whole = covariance + is_none[:, :, None] * np.eye(is_none.shape[1])
+    is_possible = np.linalg.eigvalsh(whole)[:, 0] > 0.0
     wrong = np.flatnonzero(is_given & ~is_possible)
     if len(wrong) == 0:
         return

@@ -105,6 +105,7 @@ def _size(solution, groups, is_used):
     observations = solution.observations
     members = _members(groups, is_used)
     d = observations.control.shape[1]
+    is_given = observations.is_given[:, :, None]
     rng = np.random.default_rng(1971)
     drawn = []
     n_numbers = len(observations.model) * d
@@ -113,8 +114,10 @@ def _size(solution, groups, is_used):
         own = observations.drawn_control(rng, n_draws, with_shifts=False)
         shifts = groups @ rng.standard_normal((groups.shape[1], d * n_draws))
         shifts = shifts.reshape(-1, d, n_draws)
-        left = solution.answer_to(errors, own)[0] - own
-        left_of_shifts = solution.answer_to(np.zeros_like(errors), shifts)[0] - shifts
+        shifts = shifts * is_given
+        left = is_given * (solution.answer_to(errors, own)[0] - own)
+        moved = solution.answer_to(np.zeros_like(errors), shifts)[0]
+        left_of_shifts = is_given * (moved - shifts)
         parts = (left, left_of_shifts, shifts)
         drawn.append([_squares(each, members) for each in parts])
     noise, of_shifts, whole = map(np.concatenate, zip(*drawn, strict=True))

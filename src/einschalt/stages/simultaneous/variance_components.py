@@ -156,7 +156,8 @@ def _table(observations, groups, applied, found):
     error = np.broadcast_to(error, groups.code.shape)
     is_observed = observations.is_control & ~observations.is_fixed
     variance = observations.control_covariance[is_observed]
-    control = np.sqrt(np.diagonal(variance, axis1=1, axis2=2))
+    is_given = observations.is_given[is_observed]
+    control = np.sqrt(np.diagonal(variance, axis1=1, axis2=2)[is_given])
     # a group that has come to have little redundancy keeps what it had until then
     is_told = np.isfinite(found.factor) | (applied != 1.0)
     factor = np.where(is_told, applied * np.nan_to_num(found.factor, nan=1.0), np.nan)

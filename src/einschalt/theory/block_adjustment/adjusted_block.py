@@ -17,8 +17,8 @@ class AdjustedBlock:
     observations: ObservedBlock
     points: np.ndarray  # (n_points, d): easting, northing [, height] [m]
     residuals: np.ndarray  # (n_rows, d): transformed less adjusted [m]
-    # (n_points, d): adjusted minus given [m]; NaN where a point is no control, 0 where
-    # it is held
+    # (n_points, d): adjusted minus given [m]; NaN where nothing is given, 0 where it is
+    # held
     control_residuals: np.ndarray
     redundancy: int
     # Σ w v² of all observations, of the control, and of the orientations' errors
@@ -99,8 +99,14 @@ class AdjustedBlock:
         """The same of the control, (n_points, d); NaN where there is none."""
         product = self.observations.control_weight @ self.point_cofactors
         diagonal = np.diagonal(product, axis1=1, axis2=2).copy()
-        diagonal[~self.observations.is_control | self.observations.is_fixed] = np.nan
+        diagonal[~self.observations.is_given] = np.nan
+        diagonal[self.observations.is_fixed] = np.nan
         return diagonal
+
+
+def held_coordinates(observations):
+    """Coordinates that are held as they are given, (n_points, d)."""
+    return observations.is_fixed[:, None] & observations.is_given
 
 
 class BlockInOrder:
@@ -124,9 +130,9 @@ class BlockInOrder:
         self.is_control = observations.is_control[self.points]
 
     def control_from(self, origin):
-        """Given coordinates, counted from an origin; 0 where a point is no control."""
+        """Given coordinates, counted from an origin; 0 where there are none."""
         control = self.given.control.take(self.points, axis=0)
-        return np.where(self.is_control[:, None], control - origin, 0.0)
+        return np.where(self.given.is_given[self.points], control - origin, 0.0)
 
     def common_fields(self, points, residuals, control, origin, n_unknowns):
         """Fields of the adjusted block that are known whatever its models are.
@@ -135,21 +141,23 @@ class BlockInOrder:
         ``n_unknowns`` are those of the models. The fields are in the order of the
         observations as given.
         """
-        given, d = self.given, points.shape[1]
+        given = self.given
         known = np.flatnonzero(self.is_control)
         away = points[known] - control[known]
         control_residuals = np.full_like(points, np.nan)
-        control_residuals[known] = away
+        is_given = given.is_given
+        control_residuals[known] = np.where(is_given[self.points[known]], away, np.nan)
         squares = np.sum(self.weights.reshape(len(residuals), -1) * residuals**2)
         squares += np.einsum("na,nab,nb->", away, self.prior[0][known], away)
-        n_free = int((~given.is_fixed).sum())
-        n_observed = len(residuals) + int((given.is_control & ~given.is_fixed).sum())
+        is_held = held_coordinates(given)
+        n_free = int((~is_held).sum())
+        n_observed = residuals.size + int((is_given & ~is_held).sum())
         return {
             "observations": given,
             "points": in_old_order(points + origin, self.points),
             "residuals": in_old_order(residuals, self.rows),
             "control_residuals": in_old_order(control_residuals, self.points),
-            "redundancy": int(d * (n_observed - n_free) - n_unknowns),
+            "redundancy": int(n_observed - n_free - n_unknowns),
             "sum_of_squares": float(squares),
             "ordering": self.ordering,
         }

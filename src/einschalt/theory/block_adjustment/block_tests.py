@@ -124,23 +124,35 @@ def judge_by_covariance(solution, known, drawn, group, is_in) -> BlockTests:
 def judge_control(solution) -> BlockTests:
     """Test the given coordinates of all points.
 
-    Row for row as the points; NaN where a point is no control, or is held.
+    Row for row as the points; NaN where a point is no control, or is held. Control
+    without heights is tested in plan.
     """
     observations = solution.observations
-    is_tested = observations.is_control & ~observations.is_fixed
-    given = observations.control_covariance[is_tested]
-    adjusted = solution.point_cofactors[is_tested]
-    d = observations.control.shape[1]
-    redundancy = np.eye(d) - adjusted @ observations.control_weight[is_tested]
-    residuals = solution.control_residuals[is_tested]
+    is_observed = observations.is_control & ~observations.is_fixed
+    n_given = observations.is_given.sum(axis=1)
     least = max(LEAST_CHECK, CLEARLY * _pull(observations, solution))
-    found = _tests(solution, residuals, given - adjusted, redundancy, least)
-    n_points = observations.n_points
-    w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
-    error = np.full((n_points, d), np.nan)
-    w[is_tested], p_value[is_tested] = found.w, found.p_value
-    error[is_tested] = found.error
-    return BlockTests(w, p_value, error)
+    tests = BlockTests(
+        np.full(len(n_given), np.nan),
+        np.full(len(n_given), np.nan),
+        np.full(observations.control.shape, np.nan),
+    )
+    for d in np.unique(n_given[is_observed]):
+        some = np.flatnonzero(is_observed & (n_given == d))
+        found = _tests_of_given(solution, some, d, least)
+        tests.w[some], tests.p_value[some] = found.w, found.p_value
+        tests.error[some, :d] = found.error
+    return tests
+
+
+def _tests_of_given(solution, some, d, least):
+    """Tests of the first d coordinates of some points."""
+    observations = solution.observations
+    given = observations.control_covariance[some, :d, :d]
+    adjusted = solution.point_cofactors[some, :d, :d]
+    weight = observations.control_weight[some, :d, :d]
+    redundancy = np.eye(d) - adjusted @ weight
+    residuals = solution.control_residuals[some, :d]
+    return _tests(solution, residuals, given - adjusted, redundancy, least)
 
 
 def _tests(solution, residuals, cofactors, redundancy, least=LEAST_CHECK):
@@ -185,7 +197,8 @@ def _pull(observations, solution):
     if not is_observed.any():
         return 0.0
     weight = observations.control_weight[is_observed]
-    weight = np.trace(weight, axis1=1, axis2=2) / weight.shape[1]
+    n_given = observations.is_given[is_observed].sum(axis=1)
+    weight = np.trace(weight, axis1=1, axis2=2) / n_given
     plan = solution.points[is_observed, :2]
     plan = plan - np.average(plan, axis=0, weights=weight)
     least, greatest = np.linalg.eigvalsh((plan.T * weight) @ plan)

@@ -200,6 +200,8 @@ def _wrong_control(solution, both, is_out, significance):
 
 # parameters of a transformation of the whole block
 DATUM_IN_SPACE, DATUM_OF_AFFINE, DATUM_OF_HELMERT = 7, 6, 4
+# heights without which nothing places a block
+FEWEST_HEIGHTS = 3
 
 
 def _worst_given(observations, w, is_refused):
@@ -344,13 +346,14 @@ class ControlVerdict:
     without: AdjustedBlock  # the block with the suspects set aside
 
 
-def _fewest_given(observations):
-    """Given points that place a block and leave one of them to check it."""
-    n_axes = observations.control.shape[1]
-    if n_axes > 2:
-        return -(-(DATUM_IN_SPACE + 1) // n_axes)
+def _is_placed(observations, is_left):
+    """Whether given points that are left place a block, and one of them checks it."""
+    is_given = observations.is_given[is_left]
+    if observations.is_in_space:
+        n_heights = np.count_nonzero(is_given[:, 2])
+        return is_given.sum() > DATUM_IN_SPACE and n_heights >= FEWEST_HEIGHTS
     datum = DATUM_OF_AFFINE if observations.is_affine.all() else DATUM_OF_HELMERT
-    return -(-(datum + 1) // n_axes)
+    return is_given.sum() > datum
 
 
 def examine_control(solution, significance) -> ControlVerdict:
@@ -371,8 +374,9 @@ def examine_control(solution, significance) -> ControlVerdict:
         n_tested = np.count_nonzero(is_refused)
         is_refused[is_refused] = tests.p_value[is_refused] * n_tested <= significance
         worst = _worst_given(observations, tests.w, is_refused)
-        n_left = np.count_nonzero(observations.is_control & ~is_suspect) - len(worst)
-        if len(worst) == 0 or n_left < _fewest_given(observations):
+        is_left = ~is_suspect
+        is_left[worst] = False
+        if len(worst) == 0 or not _is_placed(observations, is_left):
             break
         is_suspect[worst] = True
         covariance = observations.control_covariance.copy()
@@ -384,7 +388,7 @@ def examine_control(solution, significance) -> ControlVerdict:
         without = solution.readjusted(changed)
         solution = replace(
             without,
-            redundancy=solution.redundancy - observations.control.shape[1] * len(worst),
+            redundancy=solution.redundancy - int(observations.is_given[worst].sum()),
             sum_of_squares=without.sum_of_squares * lost,
         )
         tests = judge_control(solution)

@@ -49,9 +49,11 @@ class ObservedBlock:
     point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
     # (n_models,): models of one flight share their common parameters
     flight: np.ndarray
-    control: np.ndarray  # (n_points, d): given [m]; NaN where a point is no control
+    # (n_points, d): given [m]; NaN where a point is no control, and for the height of
+    # control that is known in plan alone
+    control: np.ndarray
     # (n_points, d, d): of the given coordinates with the shifts of their groups [m²]; 0
-    # where they are to be held
+    # where they are to be held, and of what is not given
     control_covariance: np.ndarray
     shared_control: SharedControl | None = None
     # points on the ground by the coefficients of deformations that each model has for
@@ -84,9 +86,14 @@ class ObservedBlock:
 
     @property
     def is_control(self):
-        """Which points have given coordinates."""
+        """Which points have given coordinates, in plan at least."""
         # all() and any() over axes of two elements take many times as long
-        return np.logical_and.reduce([np.isfinite(axis) for axis in self.control.T])
+        return np.logical_and.reduce([np.isfinite(axis) for axis in self.control.T[:2]])
+
+    @property
+    def is_given(self):
+        """Which coordinates of control are given, (n_points, d)."""
+        return self.is_control[:, None] & np.isfinite(self.control)
 
     @property
     def is_fixed(self):
@@ -99,8 +106,18 @@ class ObservedBlock:
         """Inverse of the covariances of control, 0 elsewhere, (n_points, d, d)."""
         weight = np.zeros(self.control_covariance.shape)
         is_observed = self.is_control & ~self.is_fixed
-        weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
+        nothing = self._not_given[is_observed]
+        covariance = self.control_covariance[is_observed] + nothing
+        weight[is_observed] = np.linalg.inv(covariance) - nothing
         return weight
+
+    @property
+    def _not_given(self):
+        """Ones on the diagonal, of the coordinates that are not given, (n, d, d).
+
+        With these in their place covariances are regular; they are apart from the rest.
+        """
+        return ~self.is_given[:, :, None] * np.eye(self.control.shape[1])
 
     def drawn_control(self, rng, n_draws, *, with_shifts=True):
         """Draw errors of the given coordinates, 0 where there are none.
@@ -109,11 +126,12 @@ class ObservedBlock:
         """
         shared, covariance = self.shared_control, self.control_covariance
         if shared is not None:
-            each = shared.variance[:, None, None] * np.eye(self.control.shape[1])
-            covariance = covariance - each
+            covariance = covariance - self._each_with(shared)
         root = np.zeros(covariance.shape)
         is_observed = self.is_control & ~self.is_fixed
-        root[is_observed] = np.linalg.cholesky(covariance[is_observed])
+        nothing = self._not_given[is_observed]
+        own = np.linalg.cholesky(covariance[is_observed] + nothing)
+        root[is_observed] = own - nothing
         shape = (*self.control.shape[1:], n_draws)
         if shared is None or shared.factor is None:
             own = _normal(rng, (self.n_points, *shape), self._drawn_points)
@@ -121,7 +139,8 @@ class ObservedBlock:
             own = _times_normal(rng, shared.factor, shape)
         if shared is None or shared.is_unknown or not with_shifts:
             return root @ own
-        return root @ own + _times_normal(rng, shared.groups, shape)
+        shifts = _times_normal(rng, shared.groups, shape)
+        return root @ own + shifts * self.is_given[:, :, None]
 
     def with_shared_control(self, shared):
         """Put shifts of groups, of known sizes, beside the errors that control has.
@@ -130,10 +149,13 @@ class ObservedBlock:
         """
         is_free = sparse.diags_array((~self.is_fixed).astype(float))
         shared = replace(shared, groups=(is_free @ shared.groups).tocsr())
-        each = shared.variance[:, None, None] * np.eye(self.control.shape[1])
-        each[~self.is_control] = 0.0
-        covariance = self.control_covariance + each
+        covariance = self.control_covariance + self._each_with(shared)
         return replace(self, shared_control=shared, control_covariance=covariance)
+
+    def _each_with(self, shared):
+        """Variances of the shifts of groups in what is given, (n_points, d, d) [m²]."""
+        own = shared.variance[:, None] * self.is_given
+        return own[:, :, None] * np.eye(self.control.shape[1])
 
     def drawn_errors(self, rng, n_draws, linear):
         """Draw errors of all measured points on the ground, (n_rows, d, n_draws) [m].

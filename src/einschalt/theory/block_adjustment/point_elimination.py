@@ -41,8 +41,10 @@ class PointSystem:
     weights: np.ndarray  # (n_rows, d): of each row [1/m²]
     # (n_points, d, d): W_c, 0 where a point is no control [1/m²]
     control_weight: np.ndarray
-    is_fixed: np.ndarray  # (n_points,): control that is held as it is given
-    inverse: np.ndarray  # (n_points, d, d): P⁻¹, 0 where a point is fixed [m²]
+    # (n_points,): control that is held as it is given, or in plan alone
+    is_fixed: np.ndarray
+    # (n_points, d, d): P⁻¹, 0 where a coordinate is fixed [m²]
+    inverse: np.ndarray
 
     @property
     def n_unknowns(self):
@@ -77,7 +79,10 @@ class PointSystem:
 
 
 def invert_point_blocks(incidence, weights, control_weight, is_fixed):
-    """P⁻¹ of all points; 0 where one is fixed, or has no observation at all."""
+    """P⁻¹ of all points; 0 where one is fixed, or has no observation at all.
+
+    ``is_fixed`` (n_points,) or, of single coordinates, (n_points, d).
+    """
     d = control_weight.shape[1]
     sums = [
         np.bincount(incidence.point, column, incidence.n_points) for column in weights.T
@@ -85,7 +90,8 @@ def invert_point_blocks(incidence, weights, control_weight, is_fixed):
     blocks = control_weight.copy()
     for c in range(d):
         blocks[:, c, c] += sums[c]
-    is_known = ~is_fixed & (sums[0] > 0.0)
+    is_some = is_fixed.reshape(len(is_fixed), -1)
+    is_known = ~is_some.all(axis=1) & (sums[0] > 0.0)
     if d == 1:
         inverse = np.zeros_like(blocks)
         np.divide(1.0, blocks, out=inverse, where=is_known[:, None, None])
@@ -93,6 +99,9 @@ def invert_point_blocks(incidence, weights, control_weight, is_fixed):
     blocks[~is_known] = np.eye(d)
     inverse = np.linalg.inv(blocks)
     inverse[~is_known] = 0.0
+    if is_fixed.ndim > 1:
+        # what is held has no weight, so that it is apart from the rest of its point
+        inverse[is_fixed] = 0.0
     return inverse
 
 

@@ -109,7 +109,8 @@ def _project(first, last, start, fan, transformation, prior, right, found, axes)
                 value = inverse[p, c, 0] * total[0, j]
                 for e in range(1, d):
                     value += inverse[p, c, e] * total[e, j]
-                mean[c, j] = control[p, c, j] if is_fixed[p] else value
+                # what is held has no inverse, and what is not given is 0 there
+                mean[c, j] = control[p, c, j] + value if is_fixed[p] else value
                 points[p, c, j] = mean[c, j]
         for c in range(d):
             for j in range(width):
@@ -130,7 +131,7 @@ def _project(first, last, start, fan, transformation, prior, right, found, axes)
                     total[c, j] += w * residual
         for c in range(d):
             for j in range(width):
-                # 0 where the point is held: so is its inverse
+                # 0 where it is held: so is its inverse
                 value = inverse[p, c, 0] * total[0, j]
                 for e in range(1, d):
                     value += inverse[p, c, e] * total[e, j]

@@ -185,13 +185,16 @@ def factor_block(
 
     Arrays are in the order of elimination: ``weights`` (n_rows, d), and ``control``,
     the weight (n_points, d, d) of each point's given coordinates [1/m²] and whether
-    they are held; ``prior`` (n_unknowns,) that with which each unknown is 0 before it
-    is observed. Without ``channels`` every model has every unknown. ``second``
+    they are held, (n_points,), or which, (n_points, d); ``prior`` (n_unknowns,) that
+    with which each unknown is 0 before it is observed. Without ``channels`` every model
+    has every unknown. ``second``
     (n_models, n_unknowns, n_unknowns) is added to the normal equations.
     """
     incidence = ordering.reordered.incidence
-    inverse = invert_point_blocks(incidence, weights, *control)
-    system = PointSystem(incidence, design, weights, *control, inverse)
+    weight, is_held = control
+    inverse = invert_point_blocks(incidence, weights, weight, is_held)
+    is_fixed = is_held.reshape(len(is_held), -1).any(axis=1)
+    system = PointSystem(incidence, design, weights, weight, is_fixed, inverse)
     blocks = assemble(system, ordering.pattern)
     if channels is not None:
         # unknowns that a model does not have stand alone

@@ -1,6 +1,6 @@
 """What is adjusted in space: measured points of spatial models, and control."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,16 @@ class SpatialObservations(ObservedBlock):
     def is_affine(self):
         """No spatial model is: in plan it is similar to the ground, (n_models,)."""
         return np.zeros(self.n_models, dtype=bool)
+
+    def ties_in_plan(self):
+        """Affine models in plan, held by control that has heights as well.
+
+        Models that it determines stand in space: control without a height tells no
+        tilt.
+        """
+        has_height = np.isfinite(self.control[:, 2:])
+        control = np.where(has_height, self.control, np.nan)
+        return replace(self, control=control).in_plan(is_affine=True)
 
     def in_plan(self, *, is_affine):
         """Easting and northing alone, in affine models or helmert ones."""

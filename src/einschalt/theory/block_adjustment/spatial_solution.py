@@ -26,6 +26,7 @@ from einschalt.foundations.rotations import cross_matrix, rotation_by_vector
 from einschalt.theory.block_adjustment.adjusted_block import (
     AdjustedBlock,
     BlockInOrder,
+    held_coordinates,
     in_old_order,
     largest_error,
 )
@@ -221,6 +222,7 @@ class _Task(BlockInOrder):
         super().__init__(observations, ordering)
         self._model = self.incidence.model
         self._xyz = observations.xyz[self.rows]
+        self._held = held_coordinates(observations)[self.points]
         self._bent = np.zeros((len(self.rows), 3, 0))
         if observations.bent is not None:
             self._bent = observations.bent[self.rows]
@@ -387,7 +389,8 @@ class _Task(BlockInOrder):
         prior = np.repeat([0.0, 1.0], [N_UNKNOWNS, self._bent.shape[2]])
         if second is not None:
             second = among_unknowns(second, len(prior))
-        given = self.ordering, design, self.weights, self.prior, prior
+        control = self.prior[0], self._held
+        given = self.ordering, design, self.weights, control, prior
         return factor_block(*given, second=second)
 
     def _solution(self, last, control, common, bordered):

@@ -98,7 +98,7 @@ def _heights(observations, ordering, scale, z_of_centroid):
         ordering,
         reduced,
         observations.standard_error[rows, 2] ** -2.0,
-        (weight, observations.is_fixed[points]),
+        (weight, observations.is_fixed[points] & is_control),
         Channels(np.ones(incidence.n_models, dtype=bool), is_coupled=False),
     )
     found = solver.project(
