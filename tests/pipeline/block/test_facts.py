@@ -26,6 +26,7 @@ def changed(block, flight="low_flight", **facts):
             r"\[low_flight\] m_g_um = 5e-06; expected 0\.1 to 1000 \(mic",
         ),
         ({"m_g_um": 5e-6}, r"Did you give metres\?$"),
+        ({"m_g_um": 0.0075}, r"Did you give millimetres\?$"),
         ({"m_g_um": np.nan}, r"m_g_um = nan; expected 0\.1 to 1000"),
         ({"m_g_um": True}, "m_g_um = True; expected"),
         ({"m_g_um": "5"}, "m_g_um = '5'; expected"),

@@ -36,6 +36,7 @@ RANGES = {
 # of more points the correlations would be too many: about a second
 MOST_CORRELATED = 2500
 POINT_TABLES = ("control_points", "approximate_points")
+UM_PER_MM = 1000
 ASK_BELOW = {
     "scale_number": "Give 8000 for 1:8000",
     "m_g_um": "Did you give metres?",
@@ -67,6 +68,8 @@ def _question(key, value):
     """Guess what was meant with a positive number out of its range."""
     if value not in Range(0, np.inf) or value == 0:
         return ""
+    if key == "m_g_um" and value * UM_PER_MM in RANGES[key]:
+        return "Did you give millimetres?"
     return (ASK_BELOW if value < RANGES[key].low else ASK_ABOVE).get(key, "")
 
 

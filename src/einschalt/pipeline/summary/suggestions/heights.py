@@ -74,8 +74,8 @@ OUT_OF_SCALE = mark(
 )
 UNSEEN = mark(
     "Given heights differ too little to check the principal distance: an error of it "
-    "would be noticed from {per_cent} per cent on. Each one moves the heights of the "
-    "new points by {moved} (RMS)"
+    "would be noticed from {per_cent} per cent on. Each per cent moves the heights of "
+    "the new points by {moved} (RMS)"
 )
 UNSEEN_AT_ALL = mark(
     "Given heights differ too little to check the principal distance. Each per cent of "

@@ -173,6 +173,7 @@ def test_flat_control_does_not_tell_the_scale_and_the_summary_says_so(block):
     assert size == pytest.approx(found.facts["moved_per_cent"], rel=0.05)
     told = " ".join(result.summary().split())
     assert "differ too little to check the principal distance" in told
+    assert "Each per cent moves the heights of the new points by" in told
 
 
 @pytest.mark.slow
