@@ -4,9 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.photographs_onto_control import one_flight
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError
+from einschalt.pipeline.assessment.evidence.control.larger_errors import (
+    larger_control_errors,
+)
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 SPATIAL = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
@@ -88,6 +92,27 @@ def test_a_wrong_point_without_a_height_is_named(block):
     found = adjusted.control.set_index("point_id")
     assert list(found.index[found["is_suspect"]]) == [names[3]]
     assert found.loc[names[3], "strain_northing"] == pytest.approx(0.6, abs=0.15)
+    told = es.densify(replace(flat, control_points=moved), SIMULTANEOUS)
+    (finding,) = (
+        f for f in told.assessment.findings if f.code == "control_against_block"
+    )
+    plan = found.loc[names[3], ["strain_easting", "strain_northing"]]
+    assert finding.facts["largest"] == pytest.approx(np.hypot(*plan))
+
+
+def test_errors_that_are_larger_than_stated_are_measured_by_what_is_given(block):
+    flat, names = some_in_plan(block)
+    control = flat.control_points
+    rng = np.random.default_rng(3)
+    moved = control.assign(
+        **{name: control[name] + rng.normal(0.0, 0.08, len(control)) for name in PLAN}
+    )
+    examined = es.densify(replace(flat, control_points=moved), SIMULTANEOUS).examination
+    examined.adjustment.control["is_suspect"] = False
+    found = larger_control_errors(examined)
+    w = examined.adjustment.control.set_index("point_id")["w"]
+    n_axes = np.where(w.index.isin(names), 2, 3)[w.notna()]
+    assert found.factor == pytest.approx(np.sqrt((w**2).sum() / n_axes.sum()))
 
 
 def test_control_that_is_held_is_held_in_plan(block):
@@ -122,6 +147,20 @@ def test_two_steps_compare_them_as_check_points_and_name_them(block):
     plain = es.densify(block, es.Settings(method="two_step"))
     assert "have no height" not in str(plain)
     assert set(plain.points["role"]) == {"new", "control"}
+
+
+def test_models_of_one_flight_are_fitted_onto_the_others():
+    block = one_flight(1, n_given=16)
+    flat, names = some_in_plan(block)
+    approximate = flat.control_points[["point_id", *PLAN, "height"]]
+    flat = replace(flat, approximate_points=approximate)
+    assert "8 of 16 control points have no height" in flat.notes[0]
+    points = es.densify(flat, es.Settings(method="two_step")).points
+    checks = points.loc[points["role"] == "check", "point_id"]
+    assert len(checks) > 3
+    assert set(checks) <= set(names)
+    adjusted = es.densify(flat, SIMULTANEOUS).points
+    assert set(adjusted["role"]) == {"new", "control"}
 
 
 def test_a_missing_height_needs_no_standard_error(block):

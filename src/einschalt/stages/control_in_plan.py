@@ -8,8 +8,8 @@ import numpy as np
 
 from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.errors import name_some
+from einschalt.foundations.names import is_among
 
-APPROXIMATE = "approximate_points"
 LACKING = ("easting is missing", "northing is missing")
 ROUGH_PLAN = (
     "Give a value or delete the row. If only the height is known, method = "
@@ -32,8 +32,8 @@ def note_of_plan_alone(block, given, file):
     ``given``: the control points of a block; other given points, without roles, get no
     note.
     """
-    flight, other = block.high_flight, block.approximate_points
-    if flight is None and (other is None or block.sources.get(APPROXIMATE) == file):
+    flight = block.high_flight
+    if flight is None and _are_among(block.approximate_points, given):
         flight = block.low_flight  # which is fitted onto control
     names = known_in_plan_alone(given, flight)
     if not len(names):
@@ -46,6 +46,14 @@ def note_of_plan_alone(block, given, file):
         f"{name_some(names)}"
     )
     return [note]
+
+
+def _are_among(points, given):
+    """Whether all points of a table, if there is one, are given in another as well."""
+    if points is None:
+        return True
+    names = points["point_id"].astype(str) if "point_id" in points else ["?"]
+    return bool(is_among(names, given["point_id"].astype(str)).all())
 
 
 def with_rough_plan(block, problems):

@@ -417,7 +417,9 @@ def _is_confirmed(again, names):
     p_values = [np.exp(-squares / variance / 2.0)]
     if HEIGHT in points:
         variance = points[HEIGHT] ** 2 + given
-        p_values.append(chdtrc(1, points["difference_height"] ** 2 / variance))
+        of_height = chdtrc(1, points["difference_height"] ** 2 / variance)
+        # nothing is known where control has no height
+        p_values.append(of_height.where(points["difference_height"].notna(), 1.0))
     n_tested = len(p_values) * len(names)
     return bool((np.stack(p_values) * n_tested > FINDING_SIGNIFICANCE).all())
 

@@ -117,7 +117,9 @@ def _lengths(rows, what):
     """Lengths of what is given by axes, of two or of three [m]."""
     names = [f"{what}_{axis}" for axis in ("easting", "northing", "height")]
     axes = values_of(rows, [name for name in names if name in rows])
-    return np.sqrt(np.sum(axes**2, axis=1))
+    # control may be known in plan alone
+    in_height = np.nan_to_num(axes[:, 2:])
+    return np.sqrt(np.sum(axes[:, :2] ** 2, axis=1) + np.sum(in_height**2, axis=1))
 
 
 def coverages_that_differ(examined):

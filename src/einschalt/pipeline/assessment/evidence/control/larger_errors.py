@@ -39,12 +39,13 @@ def larger_control_errors(examined) -> LargerControlErrors | None:
     is_single = bool(control["is_suspect"].any())
     if control.empty or is_single or examined.shares_control_errors:
         return None
-    n_axes = len(PLAN)
+    n_axes = np.full(len(control), len(PLAN))
     if "strain_height" in control:
-        n_axes += len(HEIGHT)
-    factor = float(np.sqrt(np.mean(control["w"] ** 2) / n_axes))
+        has_height = control["strain_height"].notna().to_numpy(dtype=bool)
+        n_axes += len(HEIGHT) * has_height
+    factor = float(np.sqrt(np.sum(control["w"] ** 2) / np.sum(n_axes)))
     # corrections depend on each other: by no more than their redundancy tells
-    degrees = n_axes * float(control["redundancy_number"].sum())
+    degrees = float((n_axes * control["redundancy_number"]).sum())
     if not factor > ratio_limits(degrees, FINDING_SIGNIFICANCE, LEAST_ENLARGEMENT)[1]:
         return None
     return LargerControlErrors(factor, float(ratio_p_value(factor, degrees)))

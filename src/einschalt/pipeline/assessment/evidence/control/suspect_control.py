@@ -352,8 +352,9 @@ class SuspectControl:
         out = control[control["is_set_aside"]]
         in_plan = values_of(out, ["strain_easting", "strain_northing"])
         plan = np.nanmean((in_plan**2).sum(axis=1))
-        has_heights = "strain_height" in out
-        height = np.nanmean(out["strain_height"] ** 2) if has_heights else 0.0
+        height = 0.0
+        if "strain_height" in out and out["strain_height"].notna().any():
+            height = np.nanmean(out["strain_height"] ** 2)
         return float(np.sqrt(plan)), float(np.sqrt(height))
 
     @property
