@@ -130,3 +130,96 @@ def test_a_large_block_is_chosen_from_at_once():
     assert not chosen.alone
     assert n * n <= len(chosen.models) <= 3 * n * n
     assert chosen.n_common.min() >= 8
+
+
+def around(n_images=16, n_points=1500, seed=3, most_shown=5):
+    """Oblique photographs of a ring around one place; the centres, and the ground.
+
+    As a drone makes them: each shows most of the ground, and automatic matching finds a
+    point in neighbours rather than from opposite sides.
+    """
+    rng = np.random.default_rng(seed)
+    ground = rng.uniform(-0.5, 0.5, (n_points, 3)) * [1.0, 1.0, 0.05]
+    around = np.arange(n_images) * 2 * np.pi / n_images
+    centres = np.stack([np.cos(around), np.sin(around), np.ones(n_images)], axis=1)
+    centres[:, :2] *= np.tan(np.radians(42.0))
+    first = rng.integers(0, n_images, n_points)  # the middle of those that show it
+    n_shown = rng.integers(2, most_shown + 1, n_points)
+    tables = []
+    for k, centre in enumerate(centres):
+        axis = -centre / np.linalg.norm(centre)
+        right = np.cross(axis, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        local = (ground - centre) @ np.stack([right, np.cross(axis, right), axis]).T
+        xy = local[:, :2] / local[:, 2:] * [1.0, -1.0]
+        steps = (k - first) % n_images
+        is_in = (np.abs(xy) <= 0.4).all(axis=1) & (steps < n_shown)
+        xy = (xy + rng.normal(0.0, 3e-5, xy.shape))[is_in] * DISTANCE_MM
+        table = pd.DataFrame(
+            {"image_id": f"{k:02d}", "point_id": np.flatnonzero(is_in)}
+        )
+        tables.append(table.assign(x=xy[:, 0], y=xy[:, 1]))
+    return pd.concat(tables, ignore_index=True), centres, ground
+
+
+def held_by(chosen, points):
+    """Points that a chosen pair shows in both photographs."""
+    of = points.groupby("image_id")["point_id"].agg(set)
+    return set().union(*(of[a] & of[b] for a, b in pairs_of(chosen)))
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_every_point_that_a_pair_can_hold_is_in_one(seed):
+    points, _, _ = around(seed=seed)
+    chosen = choose_models(points, DISTANCE_MM)
+    n_images = points["point_id"].value_counts()
+    held = held_by(chosen, points)
+    assert {str(name) for name in set(n_images.index[n_images > 1]) - held} == set(
+        chosen.unpaired
+    )
+    assert chosen.n_single == np.count_nonzero(n_images == 1)
+    assert not chosen.unpaired
+    assert len(held) > 1000
+
+
+def test_points_that_no_pair_can_hold_are_named():
+    points = photographed([(0.0, 0.0), (0.4 * SIDE_M, 0.0), (0.5 * SIDE_M, 2e4)])
+    far = points["image_id"] == "02"
+    # three points of the first two photographs in the third one: too few for a model
+    shared = sorted(
+        set(points.loc[points["image_id"] == "00", "point_id"])
+        - set(points.loc[points["image_id"] == "01", "point_id"])
+    )[:3]
+    numbers = points.loc[far, "point_id"].to_numpy(copy=True)
+    numbers[:3] = shared
+    points.loc[far, "point_id"] = numbers
+    chosen = choose_models(points, DISTANCE_MM)
+    assert pairs_of(chosen) == {("00", "01")}
+    assert sorted(chosen.unpaired) == sorted(map(str, shared))
+    n_images = points["point_id"].value_counts()
+    assert chosen.n_single == np.count_nonzero(n_images == 1) > 0
+
+
+def test_the_base_of_convergent_photographs_is_that_of_their_rays():
+    points, centres, ground = around()
+    chosen = choose_models(points, DISTANCE_MM)
+    of = points.groupby("image_id")["point_id"].agg(set)
+    expected = []
+    for a, b in chosen.models[["left_image", "right_image"]].to_numpy():
+        shown = ground[sorted(of[a] & of[b])]
+        one, other = (shown - centres[int(name)] for name in (a, b))
+        lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+        angle = np.median(np.arccos((one * other).sum(axis=1) / lengths))
+        expected.append(2.0 * np.tan(angle / 2.0))
+    # by the similarity alone it is less than half
+    ratio = chosen.base_ratio / expected
+    assert 0.9 < np.median(ratio) < 1.15
+    assert (np.abs(ratio - 1.0) < 0.3).mean() > 0.9
+
+
+def test_neighbours_go_before_photographs_from_opposite_sides():
+    points, _, _ = around(n_images=12, most_shown=24)
+    # nearly as many points are in all photographs: how their rays meet decides
+    pairs = pairs_of(choose_models(points, DISTANCE_MM))
+    steps = [min((int(b) - int(a)) % 12, (int(a) - int(b)) % 12) for a, b in pairs]
+    assert max(steps) <= 3

@@ -45,6 +45,7 @@ FEW_KNOWN = mark(
     "fewer than {least} control points in {n_few} of {n:model|models}: one adjustment "
     "ties these to their neighbours"
 )
+SINGLE = mark("{n:point|points} in no model, measured in one photograph only")
 METHOD = "settings", "method"
 CONTROL_ITSELF = "the error of the control points, onto which models go"
 
@@ -120,11 +121,27 @@ def _add_models(proposal, name, folder, written):
     if chosen.alone:
         said = kept("{n:image|images}", n=len(chosen.alone))
         notes.append(f"{said} in no model: {name_some(chosen.alone, MOST_NAMED)}")
+    notes += _left_out(chosen)
     path = folder / f"{name}_models.csv"
     written[path] = chosen.models
     looked = Looked(path, "models", chosen.models, NOTHING_SAID, tuple(notes))
     proposal.tables[name, "models"] = looked
     return []
+
+
+def _left_out(chosen):
+    """Notes of the points that no chosen pair holds."""
+    notes = []
+    if chosen.unpaired:
+        said = kept("{n:point|points}", n=len(chosen.unpaired))
+        notes.append(
+            f"{said} in no model, measured in two photographs or more, with fewer than "
+            f"{LEAST_COMMON} common points or too short a base: "
+            f"{name_some(chosen.unpaired, MOST_NAMED)}"
+        )
+    if chosen.n_single:
+        notes.append(kept(SINGLE, n=chosen.n_single))
+    return notes
 
 
 def _in_millimetres(proposal, name):
