@@ -342,6 +342,10 @@ OPENSFM_TRACKS_VERSION_v2
 a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3\t-1\t-1
 b.jpg\t7\t4\t-0.5\t0.375\t0.002\t1\t2\t3\t-1\t-1
 """
+TRACKS_0 = """\
+a.jpg\t7\t3\t0.25\t-0.125\t1\t2\t3
+b.jpg\t7\t4\t-0.5\t0.375\t1\t2\t3
+"""
 OPF = """\
 {"format": "application/opf-project+json", "version": "1.0", "items": [
 {"type": "camera_list", "resources": [{"uri": "camera_list.json",
@@ -404,7 +408,7 @@ COLMAP = {
 }
 # files that are read with others beside them: their seeds
 TOGETHER = {
-    "tracks.csv": (TRACKS_1, TRACKS_2),
+    "tracks.csv": (TRACKS_1, TRACKS_2, TRACKS_0),
     "reconstruction.json": (RECONSTRUCTION,),
     "gcp.json": (GCP_JSON,),
     "Pastisa.tif/b.tif.txt": (HOMOLOGOUS,),

@@ -150,6 +150,12 @@ def test_checksum_is_sha256(tmp_path):
         ("tracks_points.csv", b"point_id,x,y\n", []),
         ("tracks.csv", b"point_id,x,y\n", []),
         ("tracks.csv", b"OPENSFM_TRACKS_VERSION_v2\n", ["reconstruction.json"]),
+        (
+            "tracks.csv",
+            b"a.jpg\t7\t3\t0.2\t-3e-05\t1\t2\t3\n",
+            ["reconstruction.json"],
+        ),
+        ("tracks.csv", b"a1\t7\t3\t5000.2\t4000.1\t1\t2\t3\n", []),
         ("part.CSV", b"OPENSFM_TRACKS_VERSION_v1\n", ["reconstruction.json"]),
         ("ground_control_points.json", b"{}", ["reconstruction.json"]),
         ("tracks.csv", None, []),

@@ -10,7 +10,12 @@ from einschalt.interfaces.programs.recognised import read_foreign
 
 V1 = "a.jpg\t7\t3\t0.25\t-0.125\t0.002\t1\t2\t3\n"
 V2 = "a b.jpg\t8\t3\t-0.5\t0.5\t0.002\t1\t2\t3\t-1\t-1\n"
-HEADS = {V1: "OPENSFM_TRACKS_VERSION_v1\n", V2: "OPENSFM_TRACKS_VERSION_v2\n"}
+V0 = "a.jpg\t7\t3\t0.25\t-0.125\t1\t2\t3\n"  # of before 2019
+HEADS = {
+    V0: "",
+    V1: "OPENSFM_TRACKS_VERSION_v1\n",
+    V2: "OPENSFM_TRACKS_VERSION_v2\n",
+}
 
 
 def written(folder, text, sizes=((4000, 3000), (3000, 4000))):
@@ -28,6 +33,7 @@ def written(folder, text, sizes=((4000, 3000), (3000, 4000))):
 @pytest.mark.parametrize(
     ("row", "expected"),
     [  # (w - 1) / 2 + x max(w, h), and so for y
+        (V0, ["a.jpg", "7", 1999.5 + 1000.0, 1499.5 - 500.0]),
         (V1, ["a.jpg", "7", 1999.5 + 1000.0, 1499.5 - 500.0]),
         (V2, ["a b.jpg", "8", 1499.5 - 2000.0, 1999.5 + 2000.0]),
     ],
@@ -55,12 +61,24 @@ def test_images_that_no_reconstruction_has_are_left_out_and_named(tmp_path):
         (HEADS[V1] + V1.replace("a.jpg", "c.jpg"), "size of image c.jpg is unknown"),
         (HEADS[V1], "holds no point of a track"),
         (HEADS[V1] + "\ufeff", "holds no point of a track"),
+        (V0 + "a.jpg\t7\t3\t0.25\n", r"row 2: 'a\.jpg 7 3 0\.25' cannot"),
+        (V0 + "\n" + V0.replace("-0.125", "nan"), "row 3: .* cannot be read"),
+        ("OPENSFM_TRACKS_VERSION_v0\n" + V1, "row 1: tracks of version '0'"),
         ("OPENSFM_TRACKS_VERSION_v9\n" + V1, "row 1: tracks of version '9'"),
     ],
 )
 def test_damaged_tracks_are_refused_with_their_line(tmp_path, text, told):
     with pytest.raises(EinschaltError, match=rf"tracks\.csv.*{told}"):
         read_foreign(written(tmp_path, text))
+
+
+def test_a_file_that_is_said_to_be_tracks_is_not_told_of_a_version(tmp_path):
+    path = written(tmp_path, "point_id\teasting\tnorthing\n7\t1.5\t2.5\n")
+    with pytest.raises(EinschaltError) as refused:
+        read_foreign(path, "opensfm-tracks")
+    said = str(refused.value)
+    assert "begins with 'point_id easting northing', and not with a version" in said
+    assert "OPENSFM_TRACKS_VERSION_v1 or 2, or the 8 columns of older tracks" in said
 
 
 def test_a_last_line_without_an_end_is_noted(tmp_path):

@@ -4,6 +4,7 @@ import codecs
 import errno
 import hashlib
 import os
+import re
 import stat
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,12 @@ SIGNATURES = {
 }
 UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 OPENSFM_TRACKS = b"OPENSFM_TRACKS_VERSION_v"
+# the first line of older ones has no version: image, track, feature, x y and a colour
+OLD_TRACKS = re.compile(
+    rb"[^\t\r\n]+\.[A-Za-z]\w*\t\d+\t\d+"
+    rb"(\t-?(0?\.\d+|[01]|\d(\.\d+)?e-\d+)){2}(\t\d{1,3}){3}[\r\n]"
+)
+TRACKS_HEAD = 1024  # bytes that hold the first line
 TEXT_SUFFIXES = (".csv", ".txt")
 HEAD_BYTES = 2**20  # in which a file must have said something
 LARGE_BYTES = 2**28  # read at once, holes or not
@@ -314,15 +321,20 @@ def reconstructions(path):
     return sorted(Path(path).parent.glob("reconstruction*.json"))
 
 
+def are_opensfm_tracks(head):
+    """Whether the first bytes of a file are those of tracks of OpenSfM."""
+    return head.startswith(OPENSFM_TRACKS) or OLD_TRACKS.match(head) is not None
+
+
 def _is_tracks(path):
-    """Whether a file says that it holds tracks of OpenSfM, whatever its name."""
+    """Whether a file holds tracks of OpenSfM, whatever its name."""
     if path.suffix.lower() not in TEXT_SUFFIXES:
         return False
     try:
         if not path.is_file():  # a device or a pipe may never end
             return False
         with path.open("rb") as file:
-            return file.read(len(OPENSFM_TRACKS)) == OPENSFM_TRACKS
+            return are_opensfm_tracks(file.read(TRACKS_HEAD))
     except (OSError, ValueError):  # who reads the file will say it
         return False
 

@@ -1,7 +1,8 @@
 """Tracks of OpenSfM: points that it found itself in several images.
 
 ``tracks.csv`` counts from the middle of an image in units of its longer side; the
-sizes stand in ``reconstruction*.json`` beside it. Millions of rows are usual.
+sizes stand in ``reconstruction*.json`` beside it. Millions of rows are usual. Files of
+before 2019 begin without a line of their version.
 """
 
 import codecs
@@ -16,12 +17,18 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.input_files import OPENSFM_TRACKS, reconstructions
+from einschalt.interfaces.files.input_files import (
+    OPENSFM_TRACKS,
+    are_opensfm_tracks,
+    reconstructions,
+)
 from einschalt.interfaces.files.opensfm_images import image_sizes, unsized
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import Foreign
 
-N_COLUMNS = {"1": 9, "2": 11}  # of each version, as OpenSfM itself demands
+# of each version, as OpenSfM itself demands; 0 is that without a line of it
+N_COLUMNS = {"0": 8, "1": 9, "2": 11}
+OLD, MOST_SHOWN = "0", 60
 IMAGE, TRACK, X, Y = "0", "1", "3", "4"
 READ = [IMAGE, TRACK, X, Y]
 BLANKS = b" \t\r\n" + codecs.BOM_UTF8
@@ -32,19 +39,13 @@ LARGEST_BLOCK = 2**31 - 1  # of pyarrow
 
 def is_tracks(head):
     """Whether the first bytes of a file look so."""
-    return head.startswith(OPENSFM_TRACKS)
+    return are_opensfm_tracks(head)
 
 
 def read_tracks(file) -> Foreign:
     """Read image points, in pixels from the upper left corner."""
     data = read_table_text(file, file.source)[0]
-    end = LINE_END.search(data)
-    first, start = (data[: end.start()], end.end()) if end else (data, len(data))
-    version = first.decode("utf-8").strip().removeprefix(OPENSFM_TRACKS.decode())
-    if version not in N_COLUMNS:
-        found = f"tracks of version {version!r}"
-        raise damaged(file.source, found, "version 1 or 2", 1)
-    n_columns = N_COLUMNS[version]
+    n_columns, start = _begun(data, file.source)
     expected = (
         f"{n_columns} columns parted by tabs: image, track, feature, x y in units of "
         "the longer side, and more"
@@ -53,7 +54,8 @@ def read_tracks(file) -> Foreign:
     # which pyarrow refuses in words of its own
     if not data[start:].strip(BLANKS):
         raise nothing
-    table, rows, torn = _parted(pa.py_buffer(data).slice(start), n_columns)
+    first_row = 2 if start else 1
+    table, rows, torn = _parted(pa.py_buffer(data).slice(start), n_columns, first_row)
     places, is_bad = _numbers(table)
     bad = np.sort(np.append(rows[is_bad], torn))
     _refuse_rows(bad, data, expected, file.source)
@@ -63,17 +65,39 @@ def read_tracks(file) -> Foreign:
     return Foreign({"image_points": points}, None, notes)
 
 
-def _parted(lines, n_columns):
+def _begun(data, source):
+    """Number of columns, and where rows begin: behind the version, if it is said."""
+    end = LINE_END.search(data)
+    first, start = (data[: end.start()], end.end()) if end else (data, len(data))
+    said = first.decode("utf-8").strip()
+    version = said.removeprefix(OPENSFM_TRACKS.decode())
+    if version != said:
+        if version not in set(N_COLUMNS) - {OLD}:
+            found = f"tracks of version {version!r}"
+            raise damaged(source, found, "version 1 or 2", 1)
+        return N_COLUMNS[version], start
+    if not are_opensfm_tracks(data):
+        said = shortened(said.replace("\t", " "), MOST_SHOWN)
+        found = f"begins with {said!r}, and not with a version"
+        expected = (
+            f"{OPENSFM_TRACKS.decode()}1 or 2, or the {N_COLUMNS[OLD]} columns of "
+            "older tracks, parted by tabs: image, track, feature, x y, colour"
+        )
+        raise damaged(source, found, expected, 1)
+    return N_COLUMNS[OLD], 0
+
+
+def _parted(lines, n_columns, first_row):
     """Image, track, x and y as text; the lines they stand in, and those of no columns.
 
-    Lines are counted from 1, the first of the file; empty ones are left out.
+    ``first_row`` is the number of the first of them; empty ones are left out.
     """
     skipped, torn = [], []
 
     def skip(line):
-        skipped.append(line.number + 1)
+        skipped.append(line.number + first_row - 1)
         if line.text.strip():
-            torn.append(line.number + 1)
+            torn.append(line.number + first_row - 1)
         return "skip"
 
     table = arrow_csv.read_csv(
@@ -95,9 +119,8 @@ def _parted(lines, n_columns):
         ),
     )
     columns = [pc.utf8_trim_whitespace(table[name]) for name in READ]
-    rows = np.delete(
-        np.arange(2, 2 + table.num_rows + len(skipped)), np.array(skipped, int) - 2
-    )
+    rows = np.arange(table.num_rows + len(skipped)) + first_row
+    rows = np.delete(rows, np.array(skipped, int) - first_row)
     is_empty = [pc.equal(column, "").to_numpy() for column in columns]
     is_said = ~np.all(is_empty, axis=0)
     table = pa.table(columns, names=READ).filter(pa.array(is_said))
@@ -126,7 +149,7 @@ def _refuse_rows(rows, data, expected, source):
     def problem(row):
         words = lines[row - 1].decode("utf-8").split("\t")
         return TableError(
-            f"{shortened(' '.join(words), 60)!r} cannot be read",
+            f"{shortened(' '.join(words), MOST_SHOWN)!r} cannot be read",
             expected=expected,
             remedy="Correct the line, or export the file again",
             file=source,
