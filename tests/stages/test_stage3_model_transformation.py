@@ -419,6 +419,18 @@ def test_spatial_model_on_a_line_and_turned_inside_out(ground):
     assert fit.is_usable
 
 
+def test_a_model_in_space_is_not_to_be_merged_with_its_neighbour(ground):
+    """Nobody can merge models of photographs, of which 18 of 35 were told so."""
+    both = [
+        model_of(ground, "few", range(2), seed=1),
+        model_of(ground, "good", range(9), seed=1),
+    ]
+    fit = es.transform_models(pd.concat(both), ground, "helmert_3d")
+    assert fit.failures["remedy"].tolist() == [
+        "Measure more common points in it, or determine more control points there"
+    ]
+
+
 def test_not_one_model_usable_is_no_exception(ground):
     fit = es.transform_models(model_of(ground, "one", [3]), ground)
     assert not fit.is_usable

@@ -31,6 +31,10 @@ class Kind:
 
 FEW = mark("{n:common point|common points}, but {kind} needs {least}")
 NO_POINTS = mark("no common points, but {kind} needs {least}")
+MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
+MORE_CONTROL = (
+    "Measure more common points in it, or determine more control points there"
+)
 PLANE = (("x", "y"), ("easting", "northing"))
 SPACE = (("x", "y", "z"), ("easting", "northing", "height"))
 WEIGHT = tables.Column("weight", "number", "a weight", False, is_positive=True)
@@ -98,6 +102,15 @@ def reasons_for(fit, kind):
     return reasons
 
 
+def more_points_for(kind):
+    """Say how a model gets enough points for a transformation.
+
+    One in space is of photographs mostly, and nothing merges these with a neighbour.
+    """
+    in_space = TRANSFORMATION_KINDS[kind].target == SPACE[1]
+    return MORE_CONTROL if in_space else MORE_POINTS
+
+
 def remedies_for(fit):
     """Say of each model how to mend it.
 
@@ -105,7 +118,7 @@ def remedies_for(fit):
     """
     remedies = np.full(
         len(fit.n_points),
-        "Measure more common points in it, or merge it with its neighbour",
+        more_points_for(fit.kind),
         dtype=object,
     )
     if fit.kind == "affine":

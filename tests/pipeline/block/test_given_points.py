@@ -9,7 +9,10 @@ import pytest
 
 from einschalt.foundations.errors import ConsistencyError, EinschaltError
 from einschalt.pipeline.block.block import Block
-from einschalt.pipeline.block.given_points import heights_that_are_none
+from einschalt.pipeline.block.given_points import (
+    KnownOfModels,
+    heights_that_are_none,
+)
 
 PLAN = ["easting", "northing"]
 M_0 = 0.09
@@ -181,3 +184,16 @@ def test_names_that_look_the_same_are_told_by_their_codes(demo_block):
         replace(demo_block, control_points=control, **flights)
     said = f"it is 'u\\u0308{first}' here and '\\xfc{first}' there"
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "advised"),
+    [
+        ("affine", "or merge it with its neighbour"),
+        ("helmert_3d", "or determine more control points there"),
+    ],
+)
+def test_photographs_are_not_to_be_merged(kind, advised):
+    one = np.array([True])
+    known = KnownOfModels(one, one, np.array([1]), 3, ~one, 20)
+    assert known.lack(0, "control_points", kind)["remedy"].endswith(advised)

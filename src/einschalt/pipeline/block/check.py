@@ -389,7 +389,7 @@ class _Check:
         def problem(place):
             facts = tables.row_location(table, place)
             return ConsistencyError(
-                **counted.lack(place, onto),
+                **counted.lack(place, onto, word),
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
                 model=facts["model"],

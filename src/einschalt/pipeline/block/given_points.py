@@ -30,6 +30,7 @@ from einschalt.foundations.near_words import (
 )
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.stages.transformation_kinds import more_points_for
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -37,8 +38,6 @@ PLAN = ["easting", "northing"]
 # of the median distance: TOTAL errors of the low flight; maps of large scales make less
 FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
 NAMES_OF_POINTS = "Correct the names of its points, or delete the model"
-# as the simultaneous adjustment says it
-MORE_POINTS = "Measure more common points in it, or merge it with its neighbour"
 # where neighbours tie it well enough
 ONE_ADJUSTMENT = (
     "Measure more common points in it, or adjust all models together: "
@@ -289,15 +288,15 @@ class KnownOfModels:
         """First rows of the models of which too few points are known."""
         return self.is_first & (self.number < self.least)
 
-    def lack(self, place, ground):
+    def lack(self, place, ground, kind):
         """Say of the model of a row what it lacks, for an error: a dict.
 
-        ``ground``: from where points are known.
+        ``ground``: from where points are known, ``kind``: of the transformation.
         """
         number, expected = self.number[place], f"at least {self.least} common points"
         # one adjustment takes no approximate coordinates
         is_tied = self.is_tied[place] and ground != "approximate_points"
-        remedy = ONE_ADJUSTMENT if is_tied else MORE_POINTS
+        remedy = ONE_ADJUSTMENT if is_tied else more_points_for(kind)
         if number == 0 and not is_tied:
             expected, remedy = "common points", NAMES_OF_POINTS
         found = _common_points_text(number, ground.replace("_", " "))

@@ -8,7 +8,6 @@ import pandas as pd
 from einschalt.foundations.frame_columns import with_columns
 from einschalt.foundations.key_columns import rows_among
 from einschalt.pipeline.block.given_points import (
-    MORE_POINTS,
     ONE_ADJUSTMENT,
     fitted_onto,
     known_of_models,
@@ -34,7 +33,10 @@ from einschalt.stages.stage5_double_coverage import (
     average_coverages,
     with_positions,
 )
-from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+from einschalt.stages.transformation_kinds import (
+    TRANSFORMATION_KINDS,
+    more_points_for,
+)
 
 TOGETHER = 'Or adjust all models together: method = "auto"'
 
@@ -68,7 +70,7 @@ def transform_low_flight(
         otherwise = TOGETHER if len(tied) else ""
         require_usable(low, "low flight", STAGE, otherwise)
     is_tied = rows_among(low.failures, tied, MODEL)
-    is_tied &= (low.failures["remedy"] == MORE_POINTS).to_numpy()
+    is_tied &= (low.failures["remedy"] == more_points_for(kind)).to_numpy()
     if not is_tied.any():
         return low
     remedy = low.failures["remedy"].mask(is_tied, ONE_ADJUSTMENT)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from einschalt.foundations import typesetting
+from einschalt.stages.transformation_kinds import more_points_for
 from einschalt.theory.block_adjustment import determinacy
 
 STAGE = "simultaneous_adjustment"
@@ -55,7 +56,7 @@ def why_failed(verdicts, model, kind):
     if verdict == determinacy.FEW_TIES:
         return (
             f"{_points(n_ties)} {shared}, but {kind} needs {needs}",
-            "Measure more common points in it, or merge it with its neighbour",
+            more_points_for(kind),
         )
     if verdict == determinacy.TIES_ON_LINE:
         return (
