@@ -1,12 +1,16 @@
 """Gross errors are no sizes of errors, and what is taken out spoils nothing."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import einschalt as es
 from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.stages.simultaneous import outlier_removal
+from einschalt.stages.simultaneous.variance_components import Weighed
+from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 
 PLAN = ["easting", "northing"]
 HANDLED = ["snoop", "huber", "tukey"]
@@ -182,3 +186,44 @@ def test_exchanged_names_of_neighbours_are_found_beside_errors_along_rays(outlie
     assert set(points.loc[pair, "point_id"]) <= set(in_model["point_id"])
     if outliers == "snoop":  # kept, they make others look wrong
         assert len(suspects) <= 4
+
+
+@pytest.mark.parametrize(
+    ("found", "last", "n_searches"),
+    [
+        ("ABABABA", "A", 3),
+        ("XABABAB", "B", 5),  # an odd round is left
+        ("ABCABCA", "A", 4),
+        ("ABCDEFG", "G", 7),  # no circle
+    ],
+)
+def test_circles_of_gross_errors_and_sizes_are_left_out(
+    monkeypatch, found, last, n_searches
+):
+    """Each block was searched six times, though two of the searches told it all."""
+    blocks = {
+        name: OutlierFreeBlock(None, np.arange(26) == k, np.zeros(3, dtype=bool))
+        for k, name in enumerate("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+    }
+    searched = []
+
+    def search(*_):
+        searched.append(blocks[found[len(searched)]])
+        return searched[-1]
+
+    def weigh(tables, part, block, **_):
+        other = SimpleNamespace(observations=part.observations)
+        return Weighed(other, block, 1.0, None)
+
+    monkeypatch.setattr(outlier_removal, "sound_block", search)
+    monkeypatch.setattr(outlier_removal, "weigh_groups", weigh)
+    monkeypatch.setattr(outlier_removal, "has_images", lambda _: False)
+    monkeypatch.setattr(outlier_removal, "judge_of", lambda *_: None)
+    part, begun = SimpleNamespace(observations=None), SimpleNamespace()
+    begun.readjusted = lambda _: begun
+    options = SimpleNamespace(
+        outliers="snoop", variance_components="given", significance=0.001
+    )
+    weighed = outlier_removal.weigh_part(None, part, begun, options)
+    assert weighed.block is blocks[last]
+    assert len(searched) == n_searches

@@ -8,6 +8,8 @@ from tests.truth.disturbed_blocks import with_grouped_control
 
 import einschalt as es
 from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.theory.block_adjustment import gross_error_search, gross_errors
+from einschalt.theory.block_adjustment.spatial_solution import _Task
 
 KINDS = ["affine", "helmert", "helmert_3d"]
 PLAN = ["easting", "northing"]
@@ -111,6 +113,52 @@ def test_exchanged_control_places_no_spatial_block(size_m):
     found = adjusted.control.loc[adjusted.control["is_suspect"], "point_id"]
     assert set(found) == set(control.loc[wrong, "point_id"])
     assert 0.4 < error_over_claim(adjusted, block) < 1.5
+
+
+def test_a_search_in_space_is_rough_and_ends_with_every_digit(monkeypatch):
+    """Hundreds of steps took a pass for each of seven digits."""
+    block = demo("helmert_3d", 3)
+    points = block.low_flight.model_points.copy()
+    wrong = points.index[20::40]
+    points.loc[wrong, "x"] += 0.5
+    low = replace(block.low_flight, model_points=points)
+    n_passes, steps, ends = [], [], []
+    one_pass, without, take_out = (
+        _Task._pass,
+        gross_errors._without,
+        gross_error_search.take_out,
+    )
+
+    def counted(*given, **named):
+        n_passes.append(1)
+        return one_pass(*given, **named)
+
+    def step(solution, *given, **named):
+        before = len(n_passes)
+        found = without(solution, *given, **named)
+        steps.append(len(n_passes) - before)
+        return found
+
+    def search(begun, given, *how):
+        found = take_out(begun, given, *how)
+        ends.append((found, found.readjusted(given)))
+        return found
+
+    monkeypatch.setattr(_Task, "_pass", counted)
+    monkeypatch.setattr(gross_errors, "_without", step)
+    monkeypatch.setattr(gross_error_search, "take_out", search)
+    adjusted = es.adjust_block(
+        replace(block, low_flight=low), kind="helmert_3d", outliers="snoop"
+    )
+    found = set(map(tuple, points.loc[wrong, KEY].to_numpy()))
+    # of two measurements of a point nothing may tell which one is wrong
+    assert len(found - suspects(adjusted)) <= 2
+    for found, exact in ends:
+        away = found.solution.points - exact.solution.points
+        assert np.abs(away).max() < 1e-6
+    # 2.9 or more with every digit in every step
+    assert len(steps) > 5
+    assert np.mean(steps) < 2.5
 
 
 def test_gross_errors_make_no_shifts_of_groups():

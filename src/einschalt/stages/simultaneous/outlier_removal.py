@@ -123,8 +123,8 @@ def _weighed(tables, part, begun, options):
         drawn = covariances(tables, part, given, begun.solution).residuals
     judge = judge_of(part, drawn)
     block = sound_block(begun, part.observations, options.significance, judge)
-    factors = 1.0
-    for _ in range(MOST_ROUNDS):
+    factors, n_left, found = 1.0, MOST_ROUNDS, [block]
+    while n_left > 0:
         weighed = weigh_groups(
             tables, part, block, all_of_them=estimates_all, factors=factors
         )
@@ -136,4 +136,18 @@ def _weighed(tables, part, begun, options):
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)
+        n_left = _rounds_left(found, block, n_left - 1)
+        found.append(block)
     return weighed
+
+
+def _rounds_left(found, block, n_left):
+    """Rounds that still change something where gross errors and sizes go in a circle.
+
+    ``found`` are the blocks so far: from one of the same gross errors the same follow
+    anew, so that whole circles are left out.
+    """
+    for period, earlier in enumerate(reversed(found), start=1):
+        if block.has_the_errors_of(earlier):
+            return n_left % period
+    return n_left

@@ -7,6 +7,7 @@ the redundancy f of the block.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import betaincc, chdtri, fdtrc
@@ -37,6 +38,17 @@ class DrawnCovariance:
 
     covariance: np.ndarray  # (n_rows, d, d) [m²]
     n_draws: int
+
+    @cached_property
+    def weights(self):
+        """Inverse of each covariance, (n_rows, d, d): for all tests of a search.
+
+        NaN where there is none, as of a residual that cannot arise.
+        """
+        is_regular = np.linalg.det(self.covariance) > 0.0
+        weights = np.full(self.covariance.shape, np.nan)
+        weights[is_regular] = np.linalg.inv(self.covariance[is_regular])
+        return weights
 
 
 def judge_observations(solution, given) -> BlockTests:
@@ -99,13 +111,11 @@ def judge_by_covariance(solution, known, drawn, group, is_in) -> BlockTests:
     known, C drawn n times would leave T (n − d + 1)/(n d) with the F distribution
     (Hotelling 1931); the χ² of the same probability over f is beta distributed.
     """
-    covariance, n_draws = drawn.covariance, drawn.n_draws
-    d = covariance.shape[1]
+    n_draws, d = drawn.n_draws, drawn.covariance.shape[1]
     is_checked = np.isfinite(known.p_value)
-    v = solution.residuals[is_checked][:, :, None]
-    weighted = np.linalg.solve(covariance[is_checked], v)[:, :, 0]
+    v = solution.residuals[is_checked]
     square = np.full(len(is_checked), np.nan)
-    square[is_checked] = np.sum(v[:, :, 0] * weighted, axis=1)
+    square[is_checked] = np.einsum("na,nab,nb->n", v, drawn.weights[is_checked], v)
     is_told, n_groups = is_checked & is_in, int(group.max(initial=-1)) + 1
     own, among = square[is_told], group[is_told]
     share = np.clip(1.0 - solution.leverage[is_told], 0.0, 1.0).sum(axis=1)

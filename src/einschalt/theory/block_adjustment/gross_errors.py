@@ -33,6 +33,9 @@ MOST_LOST = 0.5
 # residual over its error beyond which a norm leaves no pull to what is refused: on the
 # scale of a block that grows with the error, as its distance does
 BEYOND = 100.0
+# share of the smallest error that the last step of a spatial block may have while
+# gross errors are looked for: the next step would be a tenth of it
+SETTLED_IN_SEARCH = 0.01
 MOST_ITERATIONS = 50
 TOLERANCE = 1e-3
 LEAST_FACTOR = 1e-9
@@ -105,7 +108,7 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     measurements, or its hold: only what was taken out would place it, anywhere.
     """
     solution, is_out = begun.solution, begun.is_out.copy()
-    n_returns = MOST_RETURNS if is_out.any() else 0
+    n_returns, is_settled = MOST_RETURNS if is_out.any() else 0, True
     is_aside = begun.is_wrong.copy()
     for _ in range(MOST_STEPS):
         tests = judge(solution, is_out, given)
@@ -122,12 +125,20 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
             is_out[worst] = True
         else:
             is_back = is_out & are_credible(given, tests, significance)
-            if n_returns == 0 or not is_back.any():
+            if n_returns > 0 and is_back.any():
+                is_out[is_back] = False
+                n_returns -= 1
+            elif is_settled:
                 break
-            is_out[is_back] = False
-            n_returns -= 1
-        solution = _without(solution, given, is_out, is_aside)
+            else:  # nothing more is found: to every digit
+                solution = _without(solution, given, is_out, is_aside)
+                is_settled = True
+                continue
+        solution = _without(solution, given, is_out, is_aside, in_search=True)
+        is_settled = not given.is_in_space
         _require_hold(solution, is_out, np.isfinite(tests.p_value))
+    if not is_settled:
+        solution = _without(solution, given, is_out, is_aside)
     if not is_aside.any():
         return OutlierFreeBlock(solution, is_out, is_aside)
     solution = _without(solution, given, is_out, np.zeros_like(is_aside))
@@ -177,10 +188,17 @@ def with_all_control(block, given) -> CleanedBlock:
     return CleanedBlock(solution, block.is_out, block.is_out)
 
 
-def _without(solution, given, is_out, is_aside):
-    """Adjust the block anew, without these rows and given points."""
+def _without(solution, given, is_out, is_aside, *, in_search=False):
+    """Adjust the block anew, without these rows and given points.
+
+    A spatial block, which takes a pass for each digit, ``in_search`` so far that what
+    is left counts nothing beside the errors.
+    """
     changed = without_given(without_rows(given, is_out), is_aside)
-    solution = solution.readjusted(changed)
+    how = {}
+    if in_search and given.is_in_space:
+        how["settled"] = SETTLED_IN_SEARCH * float(np.min(given.standard_error))
+    solution = solution.readjusted(changed, **how)
     n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
     lost = solution.residuals.shape[1] * n_lost
     return replace(solution, redundancy=solution.redundancy - lost)

@@ -94,12 +94,13 @@ class SpatialSolution(AdjustedBlock):
     # corrects them
     common: np.ndarray
 
-    def readjusted(self, observations, *, is_rough=False):
+    def readjusted(self, observations, *, is_rough=False, settled=SETTLED):
         """Adjust the same models and points with other errors or given coordinates.
 
-        A rough solution is for sums over the block.
+        A rough solution is for sums over the block. ``settled`` is the largest step
+        that is left [m].
         """
-        settled = ROUGHLY if is_rough else SETTLED
+        settled = ROUGHLY if is_rough else settled
         ordering = self.ordering
         if ordering.has_outgrown(_n_solved(observations)):
             ordering = _ordered(observations, self.placement)
