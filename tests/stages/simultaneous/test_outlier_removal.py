@@ -213,7 +213,7 @@ def test_circles_of_gross_errors_and_sizes_are_left_out(
 
     def weigh(tables, part, block, **_):
         other = SimpleNamespace(observations=part.observations)
-        return Weighed(other, block, 1.0, None)
+        return Weighed(other, block, 1.0, None, None)
 
     monkeypatch.setattr(outlier_removal, "sound_block", search)
     monkeypatch.setattr(outlier_removal, "weigh_groups", weigh)
