@@ -21,6 +21,7 @@ from einschalt.pipeline.assessment.choice import (
     is_untried,
 )
 from einschalt.pipeline.assessment.credibility import CredibleFigure, Reason
+from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.ground import displaced_region
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -43,6 +44,9 @@ def way(
     n_new=100,
     mean_total=0.05,
     check=(),
+    heights=None,
+    heights_are_bound=False,
+    left_out_heights=(),
 ):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
     models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
@@ -62,6 +66,9 @@ def way(
     differences = {"difference_easting": check, "difference_northing": 0.0}
     parts["points"] = pd.DataFrame({**points, **differences})
     parts |= {"lone_points": (), "shares_control_errors": False}
+    in_height = heights and CredibleHeights(heights, heights_are_bound, 1.0)
+    parts["credible_heights"] = in_height
+    parts["left_out_heights"] = pd.DataFrame({"height": left_out_heights})
     return SimpleNamespace(credible=figure, **parts)
 
 
@@ -190,6 +197,101 @@ def way(
 )
 def test_the_better_supported_way_is_taken(two_step, simultaneous, method, reason):
     assert better_of(two_step, simultaneous) == (method, reason)
+
+
+@pytest.mark.parametrize(
+    ("two_step", "simultaneous", "method", "reason"),
+    [
+        # heights of the way that is better in plan are known to be wrong
+        (
+            way(0.04, heights=0.5, heights_are_bound=True),
+            way(0.055, heights=0.08),
+            "simultaneous",
+            ChoiceReason.HEIGHTS,
+        ),
+        (
+            way(0.055, heights=0.08),
+            way(0.04, heights=0.5, heights_are_bound=True),
+            "two_step",
+            ChoiceReason.HEIGHTS,
+        ),
+        # not by much; worse in plan by more; contradicted themselves, or in plan
+        (
+            way(0.04, heights=0.12, heights_are_bound=True),
+            way(0.055, heights=0.08),
+            "two_step",
+            ChoiceReason.SMALLER,
+        ),
+        (
+            way(0.04, heights=0.5, heights_are_bound=True),
+            way(0.6, heights=0.08),
+            "two_step",
+            ChoiceReason.SMALLER,
+        ),
+        (
+            way(0.04, heights=0.5, heights_are_bound=True),
+            way(0.055, heights=0.08, heights_are_bound=True),
+            "two_step",
+            ChoiceReason.SMALLER,
+        ),
+        (
+            way(0.04, heights=0.5, heights_are_bound=True),
+            way(0.055, is_lower_bound=True, heights=0.08),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        # control that was left out tells it
+        (
+            way(0.04, heights=0.3, left_out_heights=[0.4] * 8),
+            way(0.055, heights=0.08, left_out_heights=[-0.1] * 8),
+            "simultaneous",
+            ChoiceReason.HEIGHTS,
+        ),
+        (
+            way(0.04, heights=0.3, left_out_heights=[0.4] * 7),
+            way(0.055, heights=0.08, left_out_heights=[-0.1] * 7),
+            "two_step",
+            ChoiceReason.SMALLER,
+        ),
+        (
+            way(0.04, heights=0.3, left_out_heights=[0.4] * 8),
+            way(0.055, heights=0.08, left_out_heights=[-0.3] * 8),
+            "two_step",
+            ChoiceReason.SMALLER,
+        ),
+        # the figures in plan say the same
+        (
+            way(0.05, heights=0.5, heights_are_bound=True),
+            way(0.03, heights=0.08),
+            "simultaneous",
+            ChoiceReason.SMALLER,
+        ),
+    ],
+)
+def test_heights_that_are_known_to_be_wrong_count(
+    two_step, simultaneous, method, reason
+):
+    assert better_of(two_step, simultaneous) == (method, reason)
+
+
+@pytest.mark.slow
+def test_given_heights_that_are_wrong_alike_do_not_win_by_their_plan(spatial_block):
+    """The antenna height is 50 cm off in all given points beside good control.
+
+    These have so small errors in plan that two steps are better there.
+    """
+    axes = ("easting", "northing", "height")
+    block = beside_control(spatial_block, axes, error=0.02)
+    given = block.approximate_points
+    given = given.assign(height=given["height"] + 0.5)
+    result = densify(replace(block, approximate_points=given), AUTO)
+    choice = result.choice
+    assert (choice.method, choice.reason) == ("simultaneous", ChoiceReason.HEIGHTS)
+    assert choice.two_step.value < choice.simultaneous.value
+    assert "much worse" in " ".join(result.summary().split())
+    assert not result.assessment.credible_heights.is_lower_bound
+    sound = densify(block, AUTO).choice
+    assert sound.reason is not ChoiceReason.HEIGHTS
 
 
 @pytest.mark.slow

@@ -171,6 +171,10 @@ CHOICE = Part(
                 "one adjustment shows what a wrong control point does, which the two "
                 "steps of one flight do not test"
             ),
+            "heights": (
+                "the heights of the other method are known to be much worse, by more "
+                "than its plan is better"
+            ),
             "left_out": (
                 "the measurements contradict its figure, but control points that "
                 "were left out lie nearer to it"

@@ -35,6 +35,8 @@ WORSE = 2.0
 # they lie so much nearer to a way (RMS) that what contradicts its figure does not
 # count: where it is the smaller one, and where it is not
 NEARER, MUCH_NEARER = 0.9, 0.8
+# and in height, of which two ways of a sound block may differ by more than in plan
+MUCH_NEARER_IN_HEIGHT = 0.5
 
 
 class ChoiceReason(StrEnum):
@@ -49,6 +51,8 @@ class ChoiceReason(StrEnum):
     # one control point is wrong, which two steps do not see: what it does is known in
     # one adjustment
     WRONG_CONTROL = "wrong_control"
+    # heights of the other one are known to be worse by more than its plan is better
+    HEIGHTS = "heights"
     # measurements contradict its figure, but control points that were left out lie
     # nearer to it
     LEFT_OUT = "left_out"
@@ -126,10 +130,11 @@ def _obstacle(block, settings):
 def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     """Method whose figure to believe is the better one, and the reason.
 
-    Of two examinations, or what has their ``credible``, ``figures``, ``models`` and
-    ``left_out_differences``, ``left_out_control`` of the first, and of the second
-    ``keeps_wrong_control`` and ``knows_wrong_control``. Figures of different points are
-    not compared where one way leaves many without coordinates.
+    Of two examinations, or what has their ``credible``, ``credible_heights``,
+    ``figures``, ``models``, ``left_out_differences`` and ``left_out_heights``,
+    ``left_out_control`` of the first, and of the second ``keeps_wrong_control`` and
+    ``knows_wrong_control``. Figures of different points are not compared where one way
+    leaves many without coordinates.
     """
     both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
     value = {name: found.credible.value for name, found in both.items()}
@@ -145,6 +150,14 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     fuller = _way_of_more_points(both)
     if fuller and value[fuller] <= WORSE * min(value.values()):
         return fuller, ChoiceReason.MORE_POINTS
+    in_plan = _better_in_plan(both, value)
+    in_height = _way_of_better_heights(both)
+    is_of_plan = in_height is None or in_plan[0] == in_height
+    return in_plan if is_of_plan else (in_height, ChoiceReason.HEIGHTS)
+
+
+def _better_in_plan(both, value):
+    """Method, and the reason, by both figures in plan and control that was left out."""
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)
     nearer, ratio = _nearer_to_left_out(both)
@@ -162,6 +175,35 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     if are_alike and len(set(n_models.values())) > 1:
         return max(both, key=n_models.get), ChoiceReason.MORE_MODELS
     return smaller, ChoiceReason.SMALLER
+
+
+def _way_of_better_heights(both):
+    """Way beside which heights of the other one are known to be wrong by much, or None.
+
+    By measurements that contradict only the other one's, or by control that was left
+    out; where that is more than what its plan is worse by.
+    """
+    heights = {name: found.credible_heights for name, found in both.items()}
+    if any(each is None or not np.isfinite(each.value) for each in heights.values()):
+        return None
+    better, other = sorted(both, key=lambda name: heights[name].value)
+    plan = {name: found.credible for name, found in both.items()}
+    if heights[better].is_lower_bound or _is_only_bound(plan[better], plan[other]):
+        return None
+    if better == SIMULTANEOUS and both[better].keeps_wrong_control:
+        return None
+    gained = heights[other].value - heights[better].value
+    if not gained > plan[better].value - plan[other].value:
+        return None
+    if heights[other].is_lower_bound:
+        return better if heights[other].value > WORSE * heights[better].value else None
+    tables = {name: found.left_out_heights for name, found in both.items()}
+    nearer, ratio = _nearer(tables)
+    return better if nearer == better and ratio <= MUCH_NEARER_IN_HEIGHT else None
+
+
+def _is_only_bound(figure, other):
+    return figure.is_lower_bound and not other.is_lower_bound
 
 
 def _without_both_figures(both, known):

@@ -65,7 +65,10 @@ from einschalt.pipeline.assessment.evidence.image_precision import find_image_ta
 from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import (
     find_exchanged_image_names,
 )
-from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
+from einschalt.pipeline.assessment.evidence.leave_one_out import (
+    heights_left_out,
+    leave_out_control,
+)
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
     m_g_of_repeated_settings,
@@ -350,10 +353,14 @@ class TwoStepExamination(Examination):
 
         DataFrame by point_id, of those that are no suspects.
         """
-        table = self.control_left_out
-        table = table[~table["is_suspect"].astype(bool)].set_index("point_id")
-        columns = ["difference_easting", "difference_northing"]
-        return table[columns].set_axis(PLAN, axis=1)
+        table = self.control_left_out.set_index("point_id")
+        table = table[~table["is_suspect"].astype(bool)]
+        return table[[f"difference_{axis}" for axis in PLAN]].set_axis(PLAN, axis=1)
+
+    @property
+    def left_out_heights(self):
+        """As ``left_out_differences``, in height; without rows in the plane."""
+        return heights_left_out(self.control_left_out, "difference_height")
 
     @cached_property
     def control_patterns(self):

@@ -69,6 +69,19 @@ BETTER_BY_LEFT_OUT = mark_each(
         ),
     }
 )
+# whose figure in plan may be the larger one
+BETTER_HEIGHTS = mark_each(
+    {
+        TWO_STEP: (
+            "the two steps have much better heights, and {figure} in plan "
+            "(--method two_step)"
+        ),
+        SIMULTANEOUS: (
+            "a simultaneous adjustment has much better heights, and {figure} in plan "
+            "(--method simultaneous)"
+        ),
+    }
+)
 # whose figures lack an error, or are not known at all
 BETTER_BY_KNOWN = mark_each(
     {
@@ -288,6 +301,8 @@ def _why_better(choice):
     """Sentence of the figure of the better way: it may be the larger one."""
     if choice.reason is ChoiceReason.LEFT_OUT:
         return BETTER_BY_LEFT_OUT[choice.method]
+    if choice.reason is ChoiceReason.HEIGHTS:
+        return BETTER_HEIGHTS[choice.method]
     if choice.reason is ChoiceReason.KNOWN_POINTS:
         return BETTER_BY_KNOWN[choice.method]
     other = SIMULTANEOUS if choice.method == TWO_STEP else TWO_STEP

@@ -143,6 +143,17 @@ def left_out_table(left_out, significance):
     return table
 
 
+def heights_left_out(table, column):
+    """Differences in height of points that are no suspects: DataFrame by point_id.
+
+    ``table`` has point_id, is_suspect and, of spatial models, ``column`` [m].
+    """
+    if column not in table:
+        return pd.DataFrame({"height": np.array([])})
+    good = table[~table["is_suspect"].to_numpy(dtype=bool)].set_index("point_id")
+    return good[[column]].set_axis(["height"], axis=1).astype(np.float64)
+
+
 class _Prediction:
     """Operators that predict control points without themselves.
 

@@ -205,6 +205,9 @@ WHY = mark_each(
         ChoiceReason.LEFT_OUT: (
             "Chosen: {way}; control points that were left out agree better with it."
         ),
+        ChoiceReason.HEIGHTS: (
+            "Chosen: {way}; the heights of the other method are known to be much worse."
+        ),
         ChoiceReason.SMALLER: "Chosen: {way}; its figure is the smaller one.",
         ChoiceReason.MORE_MODELS: (
             "Chosen: {way}; the figures are alike, and it determines more models."

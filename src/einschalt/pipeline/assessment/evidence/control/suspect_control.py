@@ -32,6 +32,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
+from einschalt.pipeline.assessment.evidence.leave_one_out import heights_left_out
 from einschalt.pipeline.assessment.evidence.systematic_errors import strain_without
 from einschalt.pipeline.assessment.known_points import (
     DIFFERENCES,
@@ -248,6 +249,11 @@ class SuspectControl:
         is_suspect = control["is_suspect"].to_numpy(dtype=bool)
         control = control[~is_suspect].set_index("point_id")
         return -control[["strain_easting", "strain_northing"]].set_axis(PLAN, axis=1)
+
+    @property
+    def left_out_heights(self):
+        """As ``left_out_differences``, in height; without rows in the plane."""
+        return -heights_left_out(self.adjustment.control, "strain_height")
 
     @property
     def moved_by_left_out(self):
