@@ -8,10 +8,18 @@ import pytest
 from tests.judged_alone import judged_alone
 
 from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.assessment.evidence.ground.displaced_region import (
+    _missed_elsewhere,
+)
+from einschalt.pipeline.assessment.evidence.ground.given_region import (
+    KnownPoints,
+    told_region,
+)
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.theory.adjustment.displaced_regions import DisplacedRegion
 
 PLAN = ["easting", "northing"]
 OWN = 0.09  # TOTAL error of the given coordinates [m]
@@ -140,6 +148,62 @@ def test_control_that_is_right_is_told_apart():
     assert found_in(adjusted) is None
     _, miss = true_errors(adjusted, truth)
     assert rms(miss) < 0.06
+
+
+def in_strips(seed, size=0.2):
+    """A block onto points of three strips, beside control that is right.
+
+    The middle and the northern one are displaced: the southern one agrees with control,
+    and is a region against the others.
+    """
+    block, truth, _ = given(seed)
+    known = block.approximate_points
+    strip = np.ceil(3.0 * known["northing"].rank(pct=True)).astype(int) - 1
+    shift = np.array([0.0, size, -size])[strip]
+    known = known.assign(easting=known["easting"] + shift)
+    return replace(block, approximate_points=known), truth
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(35, 38))
+def test_strips_that_an_adjustment_does_not_use_do_not_accuse_it(seed):
+    """Control in a strip that is given right is not displaced against the others."""
+    block, truth = in_strips(seed)
+    in_two_steps = densified(block).examination.displaced_regions
+    assert in_two_steps
+    assert not any(region.control_is_alike for region in in_two_steps)
+    adjusted = densified(block, "simultaneous")
+    assert found_in(adjusted) is None
+    _, miss = true_errors(adjusted, truth)
+    assert not adjusted.assessment.credible.is_lower_bound
+    assert rms(miss) / adjusted.assessment.credible.value == pytest.approx(1, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("inside", "usual", "is_alike"),
+    [
+        ((0.0, 0.0), (0.0, 0.0), True),
+        ((0.2, 0.1), (0.0, 0.0), False),
+        # control in no region is missed by as much the other way: all of it is right
+        ((0.0, 0.0), (-0.2, -0.1), False),
+        ((0.2, 0.1), (0.2, 0.1), True),
+    ],
+)
+def test_control_is_displaced_where_it_agrees_as_control_elsewhere_does(
+    inside, usual, is_alike
+):
+    known = pd.DataFrame({"point_id": list("abcd"), "easting": [0.0, 1.0, 2.0, 3.0]})
+    known["northing"] = [0.0, 1.0, 0.0, 1.0]
+    found = DisplacedRegion(np.arange(2), np.array([0.2, 0.1]), 0.01, 0.001)
+    names = np.array(["a", "b", "d"], dtype=object)
+    is_inside = np.array([True, True, False])
+    misses = np.array([inside, inside, usual])
+    others = KnownPoints(names, is_inside, misses, np.full(3, 0.02))
+    how = {"is_of_control": False, "is_decided": False}
+    region = told_region(known, found, 2, others, usual=usual, **how)
+    assert region.control_is_alike is is_alike
+    assert region.control_ids == ("a", "b")
+    np.testing.assert_array_equal(_missed_elsewhere([others]), usual)
 
 
 @pytest.mark.slow

@@ -374,10 +374,25 @@ def _told(block, known, found, errors):
     found, is_decided = by_known_points(found, len(known), beside)
     n_elsewhere = len(known) - sum(len(region.rows) for region in found)
     how = {"is_of_control": False, "is_decided": is_decided}
+    held = [beside(region, (True,))[0] for region in found]
+    how["usual"] = _missed_elsewhere(held)
     return tuple(
-        told_region(known, region, n_elsewhere, beside(region, (True,))[0], **how)
-        for region in found
+        told_region(known, region, n_elsewhere, others, **how)
+        for region, others in zip(found, held, strict=True)
     )
+
+
+def _missed_elsewhere(held):
+    """How far control in none of the regions is missed, in the mean, (2,).
+
+    It need not be given where the others are: of strips with a shift each, control that
+    is right may agree with one of them, and seem to be displaced as that is.
+    """
+    if not held:
+        return np.zeros(2)
+    is_elsewhere = ~np.any([each.is_inside for each in held], axis=0)
+    misses = held[0].misses[is_elsewhere]
+    return misses.mean(axis=0) if len(misses) else np.zeros(2)
 
 
 def _beside(known, region, control, errors, is_held):

@@ -176,26 +176,34 @@ def by_known_points(regions, n, known_beside):
     return regions, False
 
 
-def told_region(known, found, n_elsewhere, others, *, is_of_control, is_decided):
+def told_region(
+    known, found, n_elsewhere, others, *, is_of_control, is_decided, usual=(0.0, 0.0)
+):
     """The region by its names, with the control or check points in it.
 
-    ``known``: given points; ``others``: KnownPoints beside the region.
+    ``known``: given points; ``others``: KnownPoints beside the region, of which those
+    in no region are missed by ``usual`` in the mean.
     """
     inside = others.picked(others.is_inside)
     n_of_others = np.count_nonzero(~others.is_inside)
-    names, mean = tuple(map(str, inside.point_ids)), np.zeros(2)
-    if names:
-        mean = inside.misses.mean(axis=0)
-    # points that are right are missed by the shift
-    is_alike = bool(np.sum(mean**2) < np.sum((mean - found.shift) ** 2))
+    names = tuple(map(str, inside.point_ids))
     return GivenRegion(
         **_described(known, found),
         n_elsewhere=n_elsewhere + (n_of_others if is_of_control else 0),
         control_ids=names,
-        control_is_alike=is_alike,
+        control_is_alike=_is_alike(inside.misses - usual, found.shift),
         is_of_control=is_of_control,
         is_decided=is_decided,
     )
+
+
+def _is_alike(missed, shift):
+    """Whether known points in a region, (n, 2), are displaced as it is.
+
+    Points that are right are missed by the shift.
+    """
+    mean = missed.mean(axis=0) if len(missed) else np.zeros(2)
+    return bool(np.sum(mean**2) < np.sum((mean - shift) ** 2))
 
 
 def _described(known, found):
