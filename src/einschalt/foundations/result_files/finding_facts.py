@@ -241,7 +241,19 @@ FACTS = Part(
         "believed": ("m", "standard error of the heights to use, RMS"),
         "has_images": ("", "whether the flight was measured in photographs"),
         "bend": ("m", "height error of flat models on curved ground"),
-        "stated": ("m", "stated standard error of the heights"),
+        "stated": (
+            "m",
+            (
+                "stated standard error of the heights; of wrong_control_errors that of "
+                "control in plan, TOTAL, RMS"
+            ),
+        ),
+        "shown": ("m", "the same as the residuals show it"),
+        "error_of_shown": ("m", "standard error of shown"),
+        "unit": (
+            "",
+            "unit that would explain the stated figure; empty if it would be none",
+        ),
         "propagated": (
             "m",
             (

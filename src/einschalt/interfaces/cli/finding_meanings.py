@@ -159,6 +159,10 @@ MEANINGS = mark_each(
             "Measured figures that are larger than the propagated one."
         ),
         "contradicted_budget": ("Coverages that differ more than the budget explains."),
+        "wrong_control_errors": (
+            "Control whose standard errors are stated much larger than the residuals "
+            "show them."
+        ),
         "coverages_that_agree_too_well": (
             "Coverages that differ by less than independent measurements would."
         ),
@@ -414,6 +418,10 @@ CAUSES = mark_each(
         "contradicted_budget": (
             "m_g_um of the low flight is too small, or gross errors enlarge the "
             "differences."
+        ),
+        "wrong_control_errors": (
+            "standard_error_m is in another unit than metres, or a guess that is far "
+            "too large; control then counts too little, and the points become worse."
         ),
         "coverages_that_agree_too_well": (
             "Measurements of one coverage were copied or transferred to another, or "

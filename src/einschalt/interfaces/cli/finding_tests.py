@@ -200,6 +200,11 @@ TESTS = mark_each(
             "The internal figure, from differences of coverages, against Kovarik's "
             "budget."
         ),
+        "wrong_control_errors": (
+            "The residuals of control, or its differences when it is left out, against "
+            "their stated errors; then the errors with which one adjustment has the "
+            "residuals that it should have."
+        ),
         "coverages_that_agree_too_well": (
             "RMS of the differences of coverages against what the stated errors let "
             "expect."
@@ -351,6 +356,10 @@ REMEDIES_OF = {
     "high_flight_that_misfits": ("look_for_gross_errors_or_give_larger_ones",),
     "contradicted_propagation": ("raise_m_g",),
     "contradicted_budget": ("raise_m_g",),
+    "wrong_control_errors": (
+        "check_unit_of_control_errors",
+        "give_that_standard_error",
+    ),
     "coverages_that_agree_too_well": ("look_for_copies_or_lower_m_g",),
     "wrong_measuring_errors": (
         "look_for_gross_errors",

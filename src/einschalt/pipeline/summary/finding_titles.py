@@ -53,6 +53,7 @@ TITLES = mark_each(
         "high_flight_that_misfits": "high flight that misfits",
         "contradicted_propagation": "contradicted propagated figure",
         "contradicted_budget": "contradicted budget",
+        "wrong_control_errors": "wrong standard errors of control",
         "coverages_that_agree_too_well": "coverages that agree too well",
         "wrong_measuring_errors": "wrong m_g",
         "image_points_worse_than_given": "image points worse than stated",

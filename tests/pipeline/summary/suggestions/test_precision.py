@@ -54,3 +54,25 @@ def test_a_block_that_shrinks_is_said_with_its_worst_point():
         "coordinates move the new points by about 3.0 cm (total, RMS), up to 8.0 cm at "
         "a\\nb, 1.2 times the standard errors, which do not include that"
     )
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        ("", ""),
+        ("centimetres", ", as if they were centimetres"),
+        ("millimetres", ", as if they were millimetres"),
+    ],
+)
+def test_control_errors_that_are_too_large_have_both_figures(unit, said):
+    facts = {"stated": 3.0, "shown": 0.031, "error_of_shown": 0.004, "unit": unit}
+    finding = Finding(
+        "wrong_control_errors",
+        Subject.CONTROL,
+        remedy="give_that_standard_error",
+        facts=facts,
+    )
+    assert suggestion_of(finding).problem == (
+        "The standard errors of control in plan are given as 3.0 m, but the residuals "
+        f"show 3.1 cm (total, RMS; ± 4.0 mm){said}"
+    )

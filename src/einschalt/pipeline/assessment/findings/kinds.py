@@ -56,6 +56,7 @@ KINDS = {
     "high_flight_that_misfits": (FLIGHT, GRAVE),
     "contradicted_propagation": (BLOCK, GRAVE),
     "contradicted_budget": (BLOCK, GRAVE),
+    "wrong_control_errors": (CONTROL, WARNING),
     "coverages_that_agree_too_well": (BLOCK, WARNING),
     "wrong_measuring_errors": (FLIGHT, WARNING),
     "image_points_worse_than_given": (FLIGHT, WARNING),

@@ -5,6 +5,9 @@ import numpy as np
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import TOTAL, is_large_s_0
 from einschalt.pipeline.assessment.evidence.control.displacements import LARGEST_S_0
+from einschalt.pipeline.assessment.evidence.control.smaller_errors import (
+    size_of_control,
+)
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding, first_names
 from einschalt.theory.adjustment.global_tests import ratio_p_value
@@ -13,6 +16,8 @@ LARGE = 3.0
 MOSTLY = 0.5
 # of the claimed figure: what the block's own pull must move the points by
 LEAST_PULL = 0.5
+# of stated errors over those that residuals show, and by how much it may be missed
+UNITS, NEAR_A_UNIT = {"centimetres": 100.0, "millimetres": 1000.0}, 2.5
 PLAN = ["easting", "northing"]
 MODEL = ["coverage", "model_id"]
 
@@ -108,6 +113,29 @@ def adjustment_that_misfits(adjusted):
     )
 
 
+def wrong_control_errors(examined):
+    """Control whose standard errors are stated much larger than residuals show them."""
+    found = size_of_control(examined)
+    if found is None:
+        return None
+    ratio = found.given / found.estimated
+    near = [k for k, n in UNITS.items() if 1.0 / NEAR_A_UNIT < ratio / n < NEAR_A_UNIT]
+    unit = near[0] if near else ""
+    return finding(
+        "wrong_control_errors",
+        statistic="standard error of control in plan",
+        observed=found.estimated,
+        expected=found.given,
+        remedy="check_unit_of_control_errors" if unit else "give_that_standard_error",
+        facts={
+            "stated": found.given,
+            "shown": found.estimated,
+            "error_of_shown": found.standard_error,
+            "unit": unit,
+        },
+    )
+
+
 def deformed_models(adjusted):
     """Models that are deformed, which one adjustment of all accumulates."""
     if not adjusted.is_deformed:
@@ -133,9 +161,10 @@ def _rms(values):
     return float(np.sqrt(np.mean(values**2)))
 
 
-TWO_STEP = (imprecise_points,)
+TWO_STEP = (imprecise_points, wrong_control_errors)
 SIMULTANEOUS = (
     imprecise_points,
+    wrong_control_errors,
     block_that_shrinks,
     adjustment_that_misfits,
     deformed_models,

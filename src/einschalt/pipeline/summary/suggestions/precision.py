@@ -19,6 +19,13 @@ REMEDIES = mark_each(
             "Look for gross errors and deformed models, or state larger m_g_um and "
             "standard_error_m"
         ),
+        "give_that_standard_error": (
+            "Give that figure: with a larger one control counts too little, and the "
+            "points become worse"
+        ),
+        "check_unit_of_control_errors": (
+            "Give standard_error_m in metres: divide the figures by 100, or 1000"
+        ),
         "give_control_on_the_far_side": "Give control on the far side of the block too",
     }
 )
@@ -53,6 +60,32 @@ DEFORMED = mark_each(
 )
 
 
+STATED_TOO_LARGE = mark(
+    "The standard errors of control in plan are given as {stated:length}, but the "
+    "residuals show {shown:length} (total, RMS; ± {error_of_shown:length})"
+)
+IN_ANOTHER_UNIT = mark_each(
+    {
+        "centimetres": (
+            "The standard errors of control in plan are given as {stated:length}, but "
+            "the residuals show {shown:length} (total, RMS; ± "
+            "{error_of_shown:length}), as if they were centimetres"
+        ),
+        "millimetres": (
+            "The standard errors of control in plan are given as {stated:length}, but "
+            "the residuals show {shown:length} (total, RMS; ± "
+            "{error_of_shown:length}), as if they were millimetres"
+        ),
+    }
+)
+
+
+def wrong_control_errors(finding):
+    """Both figures, and the unit that would explain them."""
+    unit = finding.facts["unit"]
+    return filled(IN_ANOTHER_UNIT[unit] if unit else STATED_TOO_LARGE, finding)
+
+
 def imprecise_points(finding):
     """Which points, the figure without them, and the models that they lie in."""
     has_models = finding.facts["n_models"] > 0
@@ -72,6 +105,7 @@ WORDS = mark_each(
             "the stated errors explain (s_0, redundancy {redundancy})"
         ),
         "imprecise_points": imprecise_points,
+        "wrong_control_errors": wrong_control_errors,
         "block_that_shrinks": (
             "Control does not keep the block from shrinking: errors of the model "
             "coordinates move the new points by about {moved:length} (total, RMS), up "
