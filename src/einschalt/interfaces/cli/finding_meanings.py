@@ -173,6 +173,10 @@ MEANINGS = mark_each(
             "Flights whose image points are less precise than their m_g says. The "
             "other way round proves nothing: residuals see y-parallax only."
         ),
+        "image_points_better_than_given": (
+            "Flights whose image points are more precise than their m_g says, by "
+            "residuals of relative orientation and by the block."
+        ),
         "heavy_tails_of_image_points": (
             "Flights of whose image points a share is much worse than the others."
         ),
@@ -433,6 +437,10 @@ CAUSES = mark_each(
         ),
         "image_points_worse_than_given": (
             "m_g_um is too small, the camera file is wrong, or there are gross errors."
+        ),
+        "image_points_better_than_given": (
+            "m_g_um is too large, a guess or the figure of another instrument, or "
+            "photographs were copied."
         ),
         "heavy_tails_of_image_points": (
             "Some points were matched or measured wrongly, as by automatic matching."

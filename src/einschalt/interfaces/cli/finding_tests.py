@@ -216,6 +216,11 @@ TESTS = mark_each(
             "m_g as estimated from the residuals of relative orientation against "
             "m_g_um."
         ),
+        "image_points_better_than_given": (
+            "m_g as estimated from the residuals of relative orientation against "
+            "m_g_um, and the residuals of the flight in one adjustment, or the "
+            "differences of its coverages, against what m_g_um explains."
+        ),
         "heavy_tails_of_image_points": (
             "The share of residuals beyond three standard errors of the good points "
             "against that of a normal distribution."
@@ -367,6 +372,7 @@ REMEDIES_OF = {
         "give_that_m_g",
     ),
     "image_points_worse_than_given": ("give_that_m_g_or_a_larger_one",),
+    "image_points_better_than_given": ("give_a_smaller_m_g",),
     "heavy_tails_of_image_points": (
         "weigh_wrong_points_down",
         "wrong_points_weigh_less",

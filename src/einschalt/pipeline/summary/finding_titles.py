@@ -57,6 +57,7 @@ TITLES = mark_each(
         "coverages_that_agree_too_well": "coverages that agree too well",
         "wrong_measuring_errors": "wrong m_g",
         "image_points_worse_than_given": "image points worse than stated",
+        "image_points_better_than_given": "image points better than stated",
         "heavy_tails_of_image_points": "heavy tails of image points",
         "settings_that_scatter": "scattered settings",
         "scattered_points": "points with scattered settings",

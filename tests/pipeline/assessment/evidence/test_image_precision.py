@@ -10,6 +10,7 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     image_component,
 )
 from einschalt.pipeline.assessment.findings.orientations import (
+    image_points_better_than_given,
     image_points_worse_than_given,
 )
 from einschalt.pipeline.block.block import Block
@@ -59,6 +60,44 @@ def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
 def test_a_larger_m_g_is_not_contradicted_by_y_parallaxes(images):
     result = computed(images, low_m_g_um=9.0)
     assert image_points_worse_than_given(result.examination) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_one_that_the_block_contradicts_as_well_is_called_out(images, method):
+    low = replace(images.low_flight, m_g_um=10.0)
+    settings = Settings(method=method)
+    result = densify(replace(images, low_flight=low), settings)
+    found = image_points_better_than_given(result.examination)
+    assert found.names == ("low_flight",)
+    (part,) = found.facts["flights"]
+    assert part["given_um"] == 10.0
+    assert abs(part["estimated_um"] - 5.0) < 3.0 * part["standard_error_um"]
+    said = " ".join(result.summary().split())
+    assert "m_g_um of the low flight is given as 10, but the residuals of the" in said
+    assert "Give a figure near that one" in said
+    sound = densify(images, settings).examination
+    assert image_points_better_than_given(sound) is None
+
+
+@pytest.mark.slow
+def test_y_parallaxes_alone_do_not_call_a_larger_one_out(images):
+    """Errors in x, which move points and leave no residual of an orientation.
+
+    They are 12 µm beside y-parallaxes of 5 µm, and m_g is stated as it is then.
+    """
+    points = images.low_flight.image_points.copy()
+    noise = np.random.default_rng(5).normal(scale=12e-3, size=len(points))
+    points["x"] += noise
+    low = replace(images.low_flight, image_points=points, m_g_um=13.0)
+    block = replace(images, low_flight=low)
+    for method in ("two_step", "simultaneous"):
+        examined = densify(block, Settings(method=method)).examination
+        rows = examined.orientations
+        shown = image_component(rows[rows["flight"] == "low_flight"], low)
+        assert shown.is_contradicted
+        assert shown.estimated < shown.given
+        assert image_points_better_than_given(examined) is None
 
 
 def test_models_without_redundancy_say_nothing(images):

@@ -78,20 +78,31 @@ def test_large_sigma_0_is_said_with_the_largest():
     )
 
 
-def test_both_figures_of_image_points_are_said():
+@pytest.mark.parametrize(
+    ("code", "remedy", "advice"),
+    [
+        (
+            "image_points_worse_than_given",
+            "give_that_m_g_or_a_larger_one",
+            "Give that figure or a larger one",
+        ),
+        (
+            "image_points_better_than_given",
+            "give_a_smaller_m_g",
+            "Give a figure near that one",
+        ),
+    ],
+)
+def test_both_figures_of_image_points_are_said(code, remedy, advice):
     flight = {"flight": "low_flight", "given_um": 3.3}
     flight |= {"estimated_um": 5.04, "standard_error_um": 0.21}
-    found = finding(
-        "image_points_worse_than_given",
-        "give_that_m_g_or_a_larger_one",
-        {"flights": (flight,)},
-    )
+    found = finding(code, remedy, {"flights": (flight,)})
     said = suggestion_of(found)
     assert said.problem == (
         "m_g_um of the low flight is given as 3.3, but the residuals of the image "
         "points show 5.04 ± 0.21"
     )
-    assert said.remedy.startswith("Give that figure or a larger one")
+    assert said.remedy.startswith(advice)
 
 
 def test_parallaxes_of_the_wrong_sign_are_said():

@@ -60,6 +60,7 @@ KINDS = {
     "coverages_that_agree_too_well": (BLOCK, WARNING),
     "wrong_measuring_errors": (FLIGHT, WARNING),
     "image_points_worse_than_given": (FLIGHT, WARNING),
+    "image_points_better_than_given": (FLIGHT, WARNING),
     "heavy_tails_of_image_points": (FLIGHT, WARNING),
     "settings_that_scatter": (FLIGHT, WARNING),
     "scattered_points": (MEASUREMENTS, WARNING),

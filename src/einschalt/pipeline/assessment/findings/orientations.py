@@ -10,6 +10,9 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     good_sigma_0,
     image_component,
 )
+from einschalt.pipeline.assessment.evidence.images.better_image_points import (
+    better_image_points,
+)
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
@@ -138,6 +141,26 @@ def image_points_worse_than_given(examined):
         expected=worse[0]["given_um"] * METRES_PER_UM,
         remedy="give_that_m_g_or_a_larger_one",
         facts={"flights": tuple(worse)},
+    )
+
+
+def image_points_better_than_given(examined):
+    """Flights whose image points are more precise than their m_g says.
+
+    Where the block shows it as well: residuals of orientations alone prove nothing.
+    """
+    found = better_image_points(examined)
+    if not found:
+        return None
+    better = [shown.facts_of(name) for name, shown in found.items()]
+    return finding(
+        "image_points_better_than_given",
+        names=[part["flight"] for part in better],
+        statistic="m_g of image points",
+        observed=better[0]["estimated_um"] * METRES_PER_UM,
+        expected=better[0]["given_um"] * METRES_PER_UM,
+        remedy="give_a_smaller_m_g",
+        facts={"flights": tuple(better)},
     )
 
 
@@ -270,6 +293,7 @@ FOR_BOTH = (
     orientations_with_large_sigma_0,
     models_upside_down,
     image_points_worse_than_given,
+    image_points_better_than_given,
     heavy_tails_of_image_points,
 )
 TWO_STEP = (*FOR_BOTH, corrections_that_spoil)

@@ -19,6 +19,10 @@ REMEDIES = mark_each(
             "Give that figure or a larger one, if neither gross errors nor a wrong "
             "camera made it: residuals of relative orientation see y-parallax only"
         ),
+        "give_a_smaller_m_g": (
+            "Give a figure near that one, and the standard errors of the points become "
+            "smaller, if no photographs were copied: the block agrees as well"
+        ),
         "turn_sign_of_y_parallax": (
             "Change the sign of y_parallax: y of the moved bundle minus y of the fixed "
             "one (see orientation_case)"
@@ -89,6 +93,11 @@ def image_points_worse_than_given(finding):
     return two_figures(finding.facts["flights"], WORSE)
 
 
+def image_points_better_than_given(finding):
+    """Both figures of each flight."""
+    return two_figures(finding.facts["flights"], WORSE)
+
+
 def heavy_tails_of_image_points(finding):
     """How many are far out, and how good the others are."""
     return "; ".join(
@@ -127,6 +136,7 @@ WORDS = mark_each(
             "{models:models of n_models}; up to {largest_sigma_0:length}"
         ),
         "image_points_worse_than_given": image_points_worse_than_given,
+        "image_points_better_than_given": image_points_better_than_given,
         "heavy_tails_of_image_points": heavy_tails_of_image_points,
         "corrections_that_spoil": (
             "The corrections by y-parallaxes make the {flight:flight} fit worse: m_0 "
