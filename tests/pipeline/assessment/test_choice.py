@@ -58,7 +58,7 @@ def way(
     parts = {"models": models, "left_out_differences": control}
     parts["keeps_wrong_control"] = keeps_wrong_control
     parts["knows_wrong_control"] = knows_wrong_control
-    parts["left_out_control"] = None
+    parts["left_out_control"] = control if n_left_out else None
     parts["figures"] = SimpleNamespace(n_new=n_new, mean_total=mean_total)
     stated = pd.DataFrame({"standard_error_m": [0.03]})
     parts["block"] = SimpleNamespace(control_points=stated)
@@ -94,6 +94,25 @@ def way(
         (
             way(0.09, is_lower_bound=True, left_out=0.06),
             way(0.03, is_lower_bound=True, left_out=0.07),
+            "two_step",
+            ChoiceReason.CONTRADICTED,
+        ),
+        # wrong control that both keep spoils both: left-out control decides
+        (
+            way(0.09, is_lower_bound=True, left_out=0.06),
+            way(0.08, is_lower_bound=True, left_out=0.04, keeps_wrong_control=True),
+            "simultaneous",
+            ChoiceReason.LEFT_OUT,
+        ),
+        (
+            way(0.09, is_lower_bound=True, left_out=0.06),
+            way(0.08, is_lower_bound=True, left_out=0.05, keeps_wrong_control=True),
+            "two_step",
+            ChoiceReason.CONTRADICTED,
+        ),
+        (
+            way(0.08, is_lower_bound=True, left_out=0.06),
+            way(0.09, is_lower_bound=True, left_out=0.04, keeps_wrong_control=True),
             "two_step",
             ChoiceReason.CONTRADICTED,
         ),

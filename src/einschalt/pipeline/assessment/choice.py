@@ -165,6 +165,9 @@ def _better_in_plan(both, value):
     if nearer not in sound and ratio <= limit:
         return nearer, ChoiceReason.LEFT_OUT
     if not sound:
+        # wrong control that both ways keep spoils both
+        if smaller == SIMULTANEOUS and _is_much_nearer(both):
+            return SIMULTANEOUS, ChoiceReason.LEFT_OUT
         return TWO_STEP, ChoiceReason.CONTRADICTED
     if len(sound) == 1:
         return sound[0], ChoiceReason.SUPPORTED
@@ -204,6 +207,18 @@ def _way_of_better_heights(both):
 
 def _is_only_bound(figure, other):
     return figure.is_lower_bound and not other.is_lower_bound
+
+
+def _is_much_nearer(both):
+    """Whether control that was left out lies much nearer to an adjustment.
+
+    Also beside wrong control that it keeps, where two steps keep it as well.
+    """
+    if both[TWO_STEP].left_out_control is None:
+        return False
+    tables = {name: found.left_out_differences for name, found in both.items()}
+    nearer, ratio = _nearer(tables)
+    return nearer == SIMULTANEOUS and ratio <= MUCH_NEARER
 
 
 def _without_both_figures(both, known):
