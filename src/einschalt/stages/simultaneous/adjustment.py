@@ -26,6 +26,7 @@ from einschalt.stages.simultaneous.failed_models import (
 )
 from einschalt.stages.simultaneous.height_columns import centre_table
 from einschalt.stages.simultaneous.image_errors import (
+    DrawnFigures,
     covariances,
     has_images,
     variance_by_norm,
@@ -180,6 +181,10 @@ class BlockAdjustment(FlightsResult):
     loses_no_others : bool
         Of a robust norm: whether it is known that an adjustment of the same tables
         without gross errors gives up no other models.
+    drawn : DrawnFigures
+        ``fits`` of each flight with models from images: its ``m_0`` [m] if all errors
+        are as large as stated, and the degrees of freedom of the square. They share
+        photographs, so that no sum of single errors tells it.
     """
 
     points: pd.DataFrame
@@ -198,6 +203,7 @@ class BlockAdjustment(FlightsResult):
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     without_suspects: pd.DataFrame = field(default_factory=pd.DataFrame)
     loses_no_others: bool = False
+    drawn: DrawnFigures = field(default_factory=DrawnFigures)
 
     @cached_property
     def estimates(self) -> Estimates:
@@ -405,8 +411,7 @@ def _examined(solution, options):
     A deformation of one flight bends the points, and with them the others. So the
     clearest is modelled before the other flights are tested.
     """
-    is_plane = isinstance(solution, BlockSolution)
-    if options.deformation == "ignored" or not is_plane:
+    if options.deformation == "ignored" or not isinstance(solution, BlockSolution):
         return (), solution
     untested = set(np.unique(solution.observations.flight).tolist())
     is_modelled = options.deformation == "modelled"
@@ -470,6 +475,7 @@ def _result(tables, weighed, cleaned, verdicts, control, options):
         centres=centre_table(points, is_centre),
         kept=part.models,
         without_suspects=_without_suspects(tables, part, control, options),
+        drawn=known.figures,
     )
 
 

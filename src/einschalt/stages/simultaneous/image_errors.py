@@ -11,7 +11,7 @@ points would look wrong there. So has their sum of squares: rays that are longer
 the scale number says, as from tilted photographs, make it larger.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -20,6 +20,7 @@ import pandas as pd
 from einschalt.foundations.names import ranks
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.block_tests import (
     DrawnCovariance,
@@ -37,6 +38,7 @@ from einschalt.theory.block_adjustment.norm_precision import variances_by_norm
 N_DRAWS = 800
 # one ratio of variances of all points: known to two per cent
 N_NORM_DRAWS = 60
+LEAST_REDUNDANCY = 1e-6  # less is rounding
 NUMBERS_AT_ONCE = 4_000_000
 
 
@@ -77,6 +79,22 @@ def centres_behind(errors, centres):
     return np.column_stack([found["pair"], is_right]).astype(np.int64)
 
 
+@dataclass(frozen=True)
+class ExpectedFit:
+    """How the models of a flight fit if all errors are as large as stated."""
+
+    m_0: float  # of all of them in plan, TOTAL [m]
+    degrees: float  # of freedom that its square has
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnFigures:
+    """What is known of an adjustment by drawn errors alone."""
+
+    # of each flight that has models from images, by its name
+    fits: dict[str, ExpectedFit] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False)
 class Covariances:
     """What the errors behind the observations make of an adjusted block [m²]."""
@@ -89,6 +107,7 @@ class Covariances:
     residuals: DrawnCovariance | None = None
     # mean of Σ w v² of errors as large as stated, over the redundancy
     unit_variance: float = 1.0
+    figures: DrawnFigures = field(default_factory=DrawnFigures)
 
 
 def covariances(tables, part, factors, solution) -> Covariances:
@@ -104,18 +123,59 @@ def covariances(tables, part, factors, solution) -> Covariances:
     is_drawn = observations.shared_control is not None and not tables.has_unknown_groups
     if not is_from_images and not is_drawn:
         return Covariances(points)
-    of_points, of_residuals, of_control = _drawn(tables, part, factors, solution)
-    points = points if tables.has_unknown_groups else of_points
+    drawn = _drawn(tables, part, factors, solution)
+    points = points if tables.has_unknown_groups else drawn.of_points
     if not is_from_images:
         return Covariances(points)
     return Covariances(
         points,
-        DrawnCovariance(of_residuals, N_DRAWS),
-        _unit_variance(part.observations, solution, of_residuals, of_control),
+        DrawnCovariance(drawn.of_residuals, N_DRAWS),
+        _unit_variance(part.observations, solution, drawn),
+        DrawnFigures(_expected_fits(tables, factors, drawn.squares)),
     )
 
 
-def _unit_variance(given, solution, of_residuals, of_control):
+def _expected_fits(tables, factors, squares):
+    """What flights with images fit by, from drawn squares (n_flights, n_draws).
+
+    Errors are drawn as they were estimated, where they were.
+    """
+    found, n_groups = {}, (len(factors) - 1) // len(tables.flights)
+    for k, (images, drawn) in enumerate(zip(tables.images, squares, strict=True)):
+        mean = drawn.mean()
+        if images is not None and mean > 0.0:
+            m_0 = np.sqrt(mean) / factors[k * n_groups]
+            degrees = 2.0 * mean**2 / drawn.var(ddof=1)
+            found[tables.flights[k]] = ExpectedFit(float(m_0), float(degrees))
+    return found
+
+
+def _is_in(given, solution):
+    """Which observations take part, (n_rows,); what is out has a huge error."""
+    error = given.standard_error.reshape(len(solution.residuals), -1)
+    used = solution.observations.standard_error.reshape(error.shape)
+    return (used / error).max(axis=1) < OUT
+
+
+def _shares_in_fit(tables, part, solution):
+    """Of the squares in plan of each row in that of ``m_0`` of its flight, (n_rows,).
+
+    Models count there by their redundancy, each with its own square of ``m_0``.
+    """
+    used = solution.observations
+    is_own = _is_in(part.observations, solution)
+    is_own &= ~tables.is_centre[part.points][used.point]
+    free = (1.0 - solution.leverage) * is_own[:, None]
+    redundancy = np.bincount(used.model, free.sum(axis=1))
+    in_plan = np.bincount(used.model, free[:, :2].sum(axis=1))
+    is_free = (redundancy > LEAST_REDUNDANCY) & (in_plan > LEAST_REDUNDANCY)
+    whole = np.bincount(used.flight, redundancy * is_free, len(tables.flights))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = SQRT2**2 * redundancy / in_plan / whole[used.flight]
+    return np.where(is_free, share, 0.0)[used.model] * is_own
+
+
+def _unit_variance(given, solution, drawn):
     """Mean of Σ w v² over the redundancy, which is 1 where weights fit the errors.
 
     tr(W C) with the covariances C of the residuals and the weights that were given, of
@@ -124,17 +184,25 @@ def _unit_variance(given, solution, of_residuals, of_control):
     used, redundancy = solution.observations, solution.redundancy
     if redundancy <= 0 or used.bent is not None:
         return 1.0
-    n_rows = len(solution.residuals)
-    error = given.standard_error.reshape(n_rows, -1)
-    is_in = (used.standard_error.reshape(n_rows, -1) / error).max(axis=1) < OUT
-    variances = np.diagonal(of_residuals, axis1=1, axis2=2)
-    squares = np.sum((variances / error**2)[is_in])
-    squares += np.einsum("nab,nba->", used.control_weight, of_control)
+    error = given.standard_error.reshape(len(solution.residuals), -1)
+    variances = np.diagonal(drawn.of_residuals, axis1=1, axis2=2)
+    squares = np.sum((variances / error**2)[_is_in(given, solution)])
+    squares += np.einsum("nab,nba->", used.control_weight, drawn.of_control)
     return float(squares / redundancy)
 
 
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """Mean products of what follows from drawn errors [m²]."""
+
+    of_points: np.ndarray  # (n_points, d, d)
+    of_residuals: np.ndarray  # (n_rows, d, d)
+    of_control: np.ndarray  # (n_points, d, d): adjusted less given
+    squares: np.ndarray  # (n_flights, n_draws): of m_0 of each flight, not their mean
+
+
 def _drawn(tables, part, factors, solution):
-    """Covariances of points, of residuals and of those of control, by draws."""
+    """Draw errors, and put them through the linearised adjustment."""
     observations = solution.observations
     draw = drawing(tables, part, factors, solution)
     n_axes = observations.control.shape[1]
@@ -143,6 +211,8 @@ def _drawn(tables, part, factors, solution):
     of_points = np.zeros((observations.n_points, n_axes, n_axes))
     of_residuals = np.zeros((len(observations.model), n_axes, n_axes))
     of_control = np.zeros_like(of_points)
+    flight, n_flights = observations.flight[observations.model], len(tables.flights)
+    share, squares = _shares_in_fit(tables, part, solution)[:, None], []
     for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
         control = observations.drawn_control(rng, n_draws)
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
@@ -150,7 +220,11 @@ def _drawn(tables, part, factors, solution):
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
         away = points - control
         of_control += away @ np.swapaxes(away, 1, 2)
-    return of_points / N_DRAWS, of_residuals / N_DRAWS, of_control / N_DRAWS
+        in_plan = share * np.sum(residuals[:, :2] ** 2, axis=1)
+        of_flight = [in_plan[flight == k].sum(axis=0) for k in range(n_flights)]
+        squares.append(np.stack(of_flight))
+    means = (sums / N_DRAWS for sums in (of_points, of_residuals, of_control))
+    return _Drawn(*means, np.concatenate(squares, axis=1))
 
 
 def variance_by_norm(tables, part, factors, block, norms):

@@ -64,6 +64,10 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
     is_shared = examined.shares_control_errors or block.high_flight.has_images
     if is_shared and examined.propagation is not None:
         return _drawn_misfit(examined)
+    # the models of one adjustment share photographs: what it makes of them was drawn
+    if examined is not examined.two_step and HIGH in examined.adjustment.drawn.fits:
+        drawn = examined.adjustment.drawn.fits[HIGH]
+        return HighFlightMisfit(examined.figures.m_0_high, drawn.m_0, drawn.degrees)
     scale = block.high_flight.scale_number
     m_g = ground_from_image_um(block.high_flight.m_g_counted_um, scale)
     control = block.control_points["standard_error_m"].to_numpy(dtype=float)
