@@ -182,6 +182,7 @@ def test_every_cause_has_words(faulty_result):
             "strained_network",
             "exchanged_names",
             "wrong_control_height",
+            "broken_heights",
             "other_targets",
             "kept_gross_measurements",
             "displaced_region",

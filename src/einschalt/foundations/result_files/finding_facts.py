@@ -163,6 +163,13 @@ FACTS = Part(
             ),
         ),
         "kind": ("", "kind of the pattern"),
+        "is_told_apart": (
+            "",
+            (
+                "whether errors of all points that are larger by one factor do not "
+                "explain it as well"
+            ),
+        ),
         "per_cent": (
             "%",
             (

@@ -160,8 +160,9 @@ TESTS = mark_each(
             "with the height; without a high flight, residuals at the given points."
         ),
         "broken_heights": (
-            "Whether height differences at control points that were left out have a "
-            "step or a bend."
+            "Whether height differences at control points that were left out, or "
+            "corrections of heights in the adjustment of all models, have a step or a "
+            "bend."
         ),
         "wrong_control_height": (
             "Whether a single control point that was left out explains the height "

@@ -6,6 +6,7 @@ from functools import singledispatch
 import numpy as np
 
 from einschalt.foundations.language import in_english
+from einschalt.pipeline.assessment.causes.broken_heights import with_broken_heights
 from einschalt.pipeline.assessment.causes.film_affinity import with_film_affinity
 from einschalt.pipeline.assessment.causes.kept_gross_errors import (
     with_broken_network,
@@ -196,6 +197,7 @@ def _with_gross_errors(examined, judges, findings):
     findings = with_wrong_height(examined, judges, findings)
     findings = with_points_put_off(examined, judges, findings)
     findings = with_broken_network(examined, judges, findings)
+    findings = with_broken_heights(examined, judges, findings)
     findings = with_film_affinity(examined, judges, findings)
     # single measurements are named more surely than targets, or control
     findings = with_kept_gross_errors(examined, judges, findings)

@@ -124,6 +124,7 @@ CAUSES = mark_each(
         "lone_wrong_check_point": "check the one check point that is far off first",
         "other_targets": "compare the targets of both flights first",
         "wrong_control_height": "check the wrong control height first",
+        "broken_heights": "compare the heights of control first",
         "wrong_approximate_points": "check approximate point {name} first",
         "displaced_region": "check the displaced points first",
         "kept_gross_measurements": "gross errors take part: --outliers snoop",

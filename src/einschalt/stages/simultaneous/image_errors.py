@@ -27,6 +27,7 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_by_covariance,
     judge_observations,
 )
+from einschalt.theory.block_adjustment.control_heights import scores_of
 from einschalt.theory.block_adjustment.gross_errors import OUT
 from einschalt.theory.block_adjustment.neighbouring_errors import (
     judge_among_neighbours,
@@ -39,6 +40,7 @@ N_DRAWS = 800
 # one ratio of variances of all points: known to two per cent
 N_NORM_DRAWS = 60
 LEAST_REDUNDANCY = 1e-6  # less is rounding
+MOST_CONTROL = 500  # heights whose covariance is drawn
 NUMBERS_AT_ONCE = 4_000_000
 
 
@@ -91,8 +93,14 @@ class ExpectedFit:
 class DrawnFigures:
     """What is known of an adjustment by drawn errors alone."""
 
+    # (n_points,): which of the points of the tables each point of the solution is
+    points: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     # of each flight that has models from images, by its name
     fits: dict[str, ExpectedFit] = field(default_factory=dict)
+    # (n_control, n_control): covariance of the scores of the heights of control, see
+    # :mod:`.control_heights`; None where observations are independent, where control
+    # is more than ``MOST_CONTROL``, and of plane models [1/m²]
+    control_heights: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,16 +130,18 @@ def covariances(tables, part, factors, solution) -> Covariances:
     is_from_images = has_images(tables)
     is_drawn = observations.shared_control is not None and not tables.has_unknown_groups
     if not is_from_images and not is_drawn:
-        return Covariances(points)
+        return Covariances(points, figures=DrawnFigures(part.points))
     drawn = _drawn(tables, part, factors, solution)
     points = points if tables.has_unknown_groups else drawn.of_points
     if not is_from_images:
-        return Covariances(points)
+        figures = DrawnFigures(part.points, {}, drawn.of_heights)
+        return Covariances(points, figures=figures)
+    fits = _expected_fits(tables, factors, drawn.squares)
     return Covariances(
         points,
         DrawnCovariance(drawn.of_residuals, N_DRAWS),
         _unit_variance(part.observations, solution, drawn),
-        DrawnFigures(_expected_fits(tables, factors, drawn.squares)),
+        DrawnFigures(part.points, fits, drawn.of_heights),
     )
 
 
@@ -199,6 +209,7 @@ class _Drawn:
     of_residuals: np.ndarray  # (n_rows, d, d)
     of_control: np.ndarray  # (n_points, d, d): adjusted less given
     squares: np.ndarray  # (n_flights, n_draws): of m_0 of each flight, not their mean
+    of_heights: np.ndarray | None  # of the scores of control, see DrawnFigures
 
 
 def _drawn(tables, part, factors, solution):
@@ -213,6 +224,9 @@ def _drawn(tables, part, factors, solution):
     of_control = np.zeros_like(of_points)
     flight, n_flights = observations.flight[observations.model], len(tables.flights)
     share, squares = _shares_in_fit(tables, part, solution)[:, None], []
+    n_control = np.count_nonzero(observations.is_control)
+    has_scores = n_axes > 2 and n_control <= MOST_CONTROL
+    of_heights = np.zeros((n_control, n_control)) if has_scores else None
     for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
         control = observations.drawn_control(rng, n_draws)
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
@@ -220,11 +234,14 @@ def _drawn(tables, part, factors, solution):
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
         away = points - control
         of_control += away @ np.swapaxes(away, 1, 2)
+        if has_scores:
+            scores = scores_of(solution, away)
+            of_heights += scores @ scores.T / N_DRAWS
         in_plan = share * np.sum(residuals[:, :2] ** 2, axis=1)
         of_flight = [in_plan[flight == k].sum(axis=0) for k in range(n_flights)]
         squares.append(np.stack(of_flight))
     means = (sums / N_DRAWS for sums in (of_points, of_residuals, of_control))
-    return _Drawn(*means, np.concatenate(squares, axis=1))
+    return _Drawn(*means, np.concatenate(squares, axis=1), of_heights)
 
 
 def variance_by_norm(tables, part, factors, block, norms):

@@ -20,6 +20,8 @@ from einschalt.pipeline.assessment.findings.kinds import finding
 
 # beyond it an error of heights is no longer what was stated
 OF_THE_CLAIM = 0.5
+LEFT_OUT = "pattern in the heights of control points that were left out"
+CORRECTIONS = "pattern in the corrections of the heights of control points"
 
 
 def heights_beyond_claim(examined):
@@ -203,7 +205,7 @@ def _told(pattern, names):
     """What all patterns have to say."""
     return {
         "names": names,
-        "statistic": "pattern in the heights of control points that were left out",
+        "statistic": CORRECTIONS if pattern.is_of_adjustment else LEFT_OUT,
         "observed": pattern.size,
         "expected": 0.0,
         "probability": pattern.p_value,
@@ -213,6 +215,7 @@ def _told(pattern, names):
             "n_control": pattern.n_control,
             "size": pattern.size,
             "moved": float(pattern.moved),
+            "is_told_apart": pattern.is_told_apart,
         },
     }
 

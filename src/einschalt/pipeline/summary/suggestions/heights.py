@@ -2,7 +2,8 @@
 
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import length, names, number
-from einschalt.pipeline.summary.suggestion import filled
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
+from einschalt.pipeline.summary.suggestions.causes import explained
 from einschalt.pipeline.summary.wording import flight_name
 
 REMEDIES = mark_each(
@@ -67,6 +68,7 @@ SCATTERED = mark(
     "from the others, between which they lie: {names:names of n_points}, which moves "
     "heights by {moved:length} (RMS)"
 )
+OR_LARGER = mark("{told}; larger errors of all heights would explain it as well")
 OF_KIND = {"bend": BENT, "step": APART, "group": SCATTERED}
 OUT_OF_SCALE = mark(
     "{flights}: the scale of model heights differs from that of given heights "
@@ -138,7 +140,14 @@ BENT_MODELS = mark(
 
 def broken_heights(finding):
     """Which part lies apart, and by how much; or by how much control is bent."""
-    return filled(OF_KIND[finding.facts["kind"]], finding)
+    told, facts = filled(OF_KIND[finding.facts["kind"]], finding), finding.facts
+    if not facts["is_told_apart"]:
+        told = translated(OR_LARGER, told=told)
+    return Suggestion(
+        told,
+        translated(REMEDIES[finding.remedy]),
+        details=explained(facts.get("explains", ())),
+    )
 
 
 def wrong_control_height(finding):

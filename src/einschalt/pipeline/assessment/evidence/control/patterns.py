@@ -58,6 +58,9 @@ class FoundPattern:
     moved: float  # what it does to the new points, TOTAL in plan or height, RMS [m]
     # points that are wrong each by itself: that of the pattern, and others beside it
     wrong_ids: tuple[str, ...] = ()
+    # whether errors that are all larger by one factor do not explain it as well
+    is_told_apart: bool = True
+    is_of_adjustment: bool = False  # found in the corrections of one adjustment
 
     @property
     def size(self):
@@ -155,6 +158,27 @@ def _in_given_heights(examined):
     )
 
 
+def find_height_pattern(adjusted, shown):
+    """The clearest pattern in the heights of control of one adjustment of everything.
+
+    ``adjusted`` tells what heights of control do to the points, as Signatures do;
+    ``shown`` are Scores of the heights. FoundPattern or None, what it does to the new
+    points, and its probability. Where all heights may be worse than given by one factor
+    a part that lies apart is told nonetheless, and that it is not told apart.
+    """
+    control, places = adjusted.control, shown.known.places
+    if not FEWEST_CONTROL <= len(places) <= MOST_CONTROL:
+        return NOTHING
+    is_used = np.zeros(len(control), dtype=bool)
+    is_used[places] = True
+    patterns = _patterns(control, control["point_id"][is_used], is_used)
+    is_free = np.zeros(len(control), dtype=bool)
+    found = _worst_height(adjusted, patterns, is_free, is_used, shown)
+    if found[0] is None:
+        return found
+    return replace(found[0], is_of_adjustment=True), *found[1:]
+
+
 def wrong_control(patterns: ControlPatterns):
     """Names of the control points that are wrong in plan, each by itself."""
     return () if patterns.plan is None else patterns.plan.wrong_ids
@@ -189,11 +213,14 @@ def signatures_of_scale(two_step):
     return shown, signatures.moved(pattern, (1.0,), HEIGHT)
 
 
-def _worst(signatures, axes, patterns, shown, is_free, is_used):
+def _worst(
+    signatures, axes, patterns, shown, is_free, is_used, *, tells_doubtful=False
+):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
-    FoundPattern, or None where errors that are all larger than given are no pattern;
-    what it does to the new points, 0 where chance explains it; and its probability.
+    FoundPattern, or None where errors that are all larger than given are no pattern
+    (``tells_doubtful``: unless control lies apart or is bent then); what it does to the
+    new points, 0 where chance explains it; and its probability.
     """
     tests = shown.tests(patterns, is_free)
     if tests is not None:
@@ -201,11 +228,11 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
     tests, place = _together(tests, patterns, shown, is_free)
     if place is None:
         return NOTHING
+    pattern, amplitude = patterns[place], tests.amplitudes[place]
     p_value, if_scaled = (
         _of_family(tests, values)[place]
         for values in (tests.p_values, tests.p_values_if_scaled)
     )
-    pattern, amplitude = patterns[place], tests.amplitudes[place]
     moved = [
         signatures.moved(each, amplitude, axes) for each in _wrong(pattern, is_used)
     ]
@@ -215,7 +242,9 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         of_control = np.stack([each.of_control for each in together], axis=1)
         moved.append(signatures.moved_by(of_control @ amplitudes, axes))
     moved = float(np.nan_to_num(max(moved)))
-    if if_scaled > SURELY_NOT_SCALED:
+    is_told_apart = bool(if_scaled <= SURELY_NOT_SCALED)
+    is_doubtful_told = tells_doubtful and pattern.kind is not Kind.POINT
+    if not (is_told_apart or is_doubtful_told):
         return None, moved, float(p_value)
     names = signatures.control["point_id"].to_numpy(dtype=object)
     found = FoundPattern(
@@ -229,17 +258,20 @@ def _worst(signatures, axes, patterns, shown, is_free, is_used):
         wrong_ids=tuple(names[_rows_of(together, range(len(together)))])
         if pattern.kind is Kind.POINT
         else (),
+        is_told_apart=is_told_apart,
     )
     return found, moved, found.p_value
 
 
-def _worst_height(signatures, patterns, is_free, is_used):
+def _worst_height(signatures, patterns, is_free, is_used, shown=None):
     """The clearest pattern in heights; or a group of points, if it explains more.
 
     Of a group the smaller part is taken for the wrong one, as of groups in plan.
+    ``shown`` are scores of an adjustment, if they are known.
     """
-    shown = Differences(signatures, HEIGHT)
-    found = _worst(signatures, HEIGHT, patterns, shown, is_free, is_used)
+    given = Differences(signatures, HEIGHT) if shown is None else shown
+    among = signatures, HEIGHT, patterns, given, is_free, is_used
+    found, shown = _worst(*among, tells_doubtful=shown is not None), given
     group = _group(signatures, patterns, shown, is_free, found[0])
     if group is None:
         return found

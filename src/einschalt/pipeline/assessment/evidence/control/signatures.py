@@ -250,10 +250,10 @@ class Differences:
 
 
 class Scores:
-    """What all models know of control in plan."""
+    """What all models know of control in plan, or of its heights."""
 
     def __init__(self, scores):
-        self.scores = scores
+        self.known = scores
 
     def tests(self, patterns, is_free):
         """Test patterns, each by itself: PatternTests."""
@@ -263,8 +263,17 @@ class Scores:
         """Amplitudes of patterns, all at once."""
         return estimate_scores_together(*self._of(patterns, is_free))
 
+    def scores(self, patterns, is_free):
+        """What is known of amplitudes of one axis: scores, and their information."""
+        values, information, rows, free = self._of(patterns, is_free)
+        if len(free):
+            kept = self.known.without(is_free[self.known.places])
+            values, information = kept.values, kept.information
+            rows = rows[:, ~is_free[self.known.places]]
+        return rows @ values[:, 0], rows @ information @ rows.T
+
     def _of(self, patterns, is_free):
-        scores = self.scores
+        scores = self.known
         rows = np.stack([pattern.of_control for pattern in patterns])
         free = np.flatnonzero(is_free[scores.places])
         return scores.values, scores.information, rows[:, scores.places], free

@@ -29,6 +29,9 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
+from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
+    with_adjusted_heights,
+)
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
@@ -275,7 +278,12 @@ class SuspectControl:
 
     @cached_property
     def control_patterns(self):
-        """Those of the two steps, but for what was set aside.
+        """Those of the two steps, and of the heights in the adjustment."""
+        return with_adjusted_heights(self, self._patterns_in_two_steps)
+
+    @property
+    def _patterns_in_two_steps(self):
+        """Patterns of the two steps, but for what was set aside.
 
         Without a high flight heights of single models show them. Where one point
         contradicts the adjustment these lean on it, and say nothing of the adjustment,

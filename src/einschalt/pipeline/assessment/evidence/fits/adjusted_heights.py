@@ -1,0 +1,94 @@
+"""Heights of control that are wrong together, by one adjustment of spatial models.
+
+Two steps see them in what the models around a control point make of its height without
+it; an adjustment of everything ties all of them, and shows a step of half of that.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.names import encode, is_among
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    MOST_CONTROL,
+    NOTHING,
+    find_height_pattern,
+)
+from einschalt.pipeline.assessment.evidence.control.signatures import HEIGHT, Scores
+from einschalt.pipeline.assessment.evidence.systematic_errors import ControlScores
+from einschalt.stages.simultaneous.image_errors import N_DRAWS
+from einschalt.theory.block_adjustment.control_heights import height_scores
+
+
+@dataclass(frozen=True, eq=False)
+class AdjustedHeights:
+    """What given heights do in an adjustment: as of Signatures, of heights alone."""
+
+    control: pd.DataFrame  # as of the block
+    rows: np.ndarray  # (n,): of ``control``, in the order of the adjustment
+    # (n_new, n): what the heights of the new points follow of those of control
+    follows: np.ndarray
+
+    def moved(self, pattern, amplitude, axes=HEIGHT):
+        """What a pattern does to the heights of the new points, RMS [m]."""
+        return self.moved_by(np.outer(pattern.of_control, amplitude), axes)
+
+    def moved_by(self, errors, _axes=HEIGHT):
+        """What errors of heights, (n_control, 1) [m], do to the new points, RMS [m]."""
+        moved = self.follows @ errors[self.rows, 0]
+        return float(np.sqrt(np.mean(moved**2))) if len(moved) else np.nan
+
+
+def pattern_of_adjusted_heights(adjusted):
+    """The clearest pattern in the heights of control of an adjustment, as it is known.
+
+    As of :func:`find_height_pattern`; nothing without heights and their errors, and
+    where groups share shifts of a size that nobody knows. Control that was set aside
+    takes no part.
+    """
+    adjustment = adjusted.adjustment
+    tables, solution = adjustment.tables, adjustment.solution
+    table, control = adjustment.control, adjusted.block.control_points
+    is_known = tables.is_spatial and not tables.has_unknown_groups
+    if not is_known or len(table) > MOST_CONTROL or not solution.redundancy > 0:
+        return NOTHING
+    drawn = adjustment.drawn.control_heights
+    found = height_scores(solution, adjustment.s_0, drawn, N_DRAWS)
+    names = encode(control["point_id"])
+    asked = encode(table["point_id"])
+    rows = names.locate(asked)[asked.codes]
+    heights = values_of(control, ["height"])[rows, 0]
+    is_held = np.isfinite(heights) & ~table["is_set_aside"].to_numpy(dtype=bool)
+    is_held &= np.diag(found.information) > 0.0
+    scores, information = found.scores[is_held], found.information[is_held][:, is_held]
+    shown = Scores(ControlScores(rows[is_held], scores[:, None], information))
+    points = adjusted.solution.points
+    new = points.loc[points["role"] == "new", "point_id"]
+    is_new = is_among(tables.point_id[adjustment.drawn.points], new)
+    own = AdjustedHeights(control, rows, found.follows[is_new])
+    return find_height_pattern(own, shown)
+
+
+def with_adjusted_heights(adjusted, patterns):
+    """Patterns of two steps, with that in heights of an adjustment where it shows one.
+
+    It knows control better, and what that does to its own points. Another scale of
+    heights is no matter of control.
+    """
+    height, moved, p_value = pattern_of_adjusted_heights(adjusted)
+    if moved == 0.0:
+        return patterns
+    if patterns.height is not None and patterns.height.flights:
+        return patterns
+    n_control = patterns.n_control if height is None else height.n_control
+    return replace(
+        patterns,
+        height=height,
+        moved_height=moved,
+        p_height=p_value,
+        n_control=n_control,
+    )
