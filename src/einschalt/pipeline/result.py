@@ -160,7 +160,9 @@ class DensificationResult(Result):
         """What the measurements say of the solution, each part computed when asked."""
         if self.examined is not None and self.examined.solution is self.solution:
             return self.examined
-        return examine(self.solution)
+        examined = examine(self.solution)
+        vars(examined)["is_of_result"] = True  # as a field would be kept
+        return examined
 
     @CachedTable
     def points(self) -> pd.DataFrame:

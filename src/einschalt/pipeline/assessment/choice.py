@@ -102,11 +102,13 @@ def solve_the_better_way(
             raise failed.with_facts(remedy=LOOK_FOR_ERRORS) from error
         only = TWO_STEP, ChoiceReason.ONLY_WAY
         return examined, MethodChoice(*only, examined.credible, None, obstacle)
-    beside, adjusted = examined.solution.all_in_two_steps, examined.credible
+    beside = examined.solution.all_in_two_steps
     if not beside.is_possible:
         only = SIMULTANEOUS, ChoiceReason.ONLY_WAY
-        return examined, MethodChoice(*only, None, adjusted, beside.reason)
+        return examined, MethodChoice(*only, None, examined.credible, beside.reason)
     two_step = examined.all_in_two_steps
+    # as a cached property keeps it
+    vars(two_step)["adjusted_beside"] = examined.adjustment
     better = better_of(two_step, examined)
     choice = _choice_of_both(better, two_step, examined)
     if choice.method == SIMULTANEOUS:
@@ -280,7 +282,8 @@ def adjustment_beside(two_step) -> MethodChoice | None:
     solution = two_step.solution
     what = solution, solution.block, solution.settings, solution.flights
     try:
-        adjusted = examine(adjust_beside(*what, solution.searched), two_step)
+        known = solution.searched, two_step.adjusted_beside
+        adjusted = examine(adjust_beside(*what, *known), two_step)
     except (GeometryError, TableError):  # what the two steps do not need
         return None
     return _if_better(SIMULTANEOUS, two_step, adjusted)

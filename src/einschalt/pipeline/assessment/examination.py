@@ -42,7 +42,6 @@ from einschalt.pipeline.assessment.evidence.control.other_targets import (
 )
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
-    find_control_patterns,
     wrong_control,
 )
 from einschalt.pipeline.assessment.evidence.control.shown_heights import ShownHeights
@@ -53,6 +52,10 @@ from einschalt.pipeline.assessment.evidence.control.suspect_control import (
 from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
+    adjusted_beside,
+    patterns_of_two_steps,
+)
 from einschalt.pipeline.assessment.evidence.fits.high_flight_misfit import (
     high_flight_misfit,
 )
@@ -362,10 +365,9 @@ class TwoStepExamination(Examination):
         """As ``left_out_differences``, in height; without rows in the plane."""
         return heights_left_out(self.control_left_out, "difference_height")
 
-    @cached_property
-    def control_patterns(self):
-        """Control that is wrong together: ControlPatterns."""
-        return find_control_patterns(self, self.excluded_control)
+    is_of_result = False  # and not of what is tried beside it
+    adjusted_beside = cached_property(adjusted_beside)
+    control_patterns = cached_property(patterns_of_two_steps)
 
     @cached_property
     def strain(self):

@@ -99,15 +99,17 @@ def solve_in_one_adjustment(
 
 
 def adjust_beside(
-    in_two_steps, block, settings, flights, searched=None
+    in_two_steps, block, settings, flights, searched=None, adjusted=None
 ) -> SimultaneousSolution:
     """Adjust a block whose two steps are computed already.
 
-    ``searched`` are SearchedFlights that may be these. A GeometryError where nothing of
+    ``searched`` are SearchedFlights that may be these, ``adjusted`` is the
+    BlockAdjustment of these flights if it is known. A GeometryError where nothing of
     the block can be determined.
     """
     searched = searched_flights(block, flights, searched)
-    adjusted = adjust_flights(block, settings, flights, searched)
+    if adjusted is None:
+        adjusted = adjust_flights(block, settings, flights, searched)
     two_step = _of_what_it_holds(in_two_steps, adjusted, settings, searched)
     points = _point_columns(block, flights, adjusted, two_step)
     if settings.outliers != "keep":

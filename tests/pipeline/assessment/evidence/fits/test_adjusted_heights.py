@@ -35,8 +35,8 @@ def east_up(control):
     return STEP * (control["easting"] > control["easting"].median())
 
 
-def adjusted(block):
-    return es.densify(block, block.settings.updated({"method": "simultaneous"}))
+def adjusted(block, method="simultaneous"):
+    return es.densify(block, block.settings.updated({"method": method}))
 
 
 def true_error(result, block):
@@ -49,9 +49,10 @@ def told(result, code):
     return [found for found in result.assessment.findings if found.code == code]
 
 
-def test_a_step_that_two_steps_do_not_see_is_told():
+@pytest.mark.parametrize("method", ["two_step", "simultaneous", "auto"])
+def test_a_step_that_left_out_control_does_not_show_is_told(method):
     block = with_heights(spatial_block(5), east_up)
-    result = adjusted(block)
+    result = adjusted(block, method)
     (found,) = told(result, "broken_heights")
     control = block.control_points
     used = control[control["role"] != "check"]

@@ -11,16 +11,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     MOST_CONTROL,
     NOTHING,
+    find_control_patterns,
     find_height_pattern,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import HEIGHT, Scores
 from einschalt.pipeline.assessment.evidence.systematic_errors import ControlScores
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.densification.simultaneous import (
+    adjust_flights,
+    require_adjustable,
+)
+from einschalt.pipeline.densification.solution import Solution
+from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.simultaneous.image_errors import N_DRAWS
+from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.theory.block_adjustment.control_heights import height_scores
 
 
@@ -43,12 +53,54 @@ class AdjustedHeights:
         return float(np.sqrt(np.mean(moved**2))) if len(moved) else np.nan
 
 
-def pattern_of_adjusted_heights(adjusted):
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """An adjustment of all models beside a solution in two steps."""
+
+    adjustment: BlockAdjustment
+    solution: Solution
+    block: Block
+
+
+def adjusted_beside(two_step) -> BlockAdjustment | None:
+    """One adjustment of the spatial models of a small block in two steps.
+
+    Of the block that was asked for, and of none that is tried; None where there is no
+    such adjustment.
+    """
+    block, solution = two_step.block, two_step.solution
+    kinds = {flight.transformation for flight in block.flights.values()}
+    is_made = two_step.is_of_result and two_step.is_small and kinds == {SPATIAL}
+    if not is_made or two_step.settings.iterations > 1:
+        return None
+    try:
+        require_adjustable(block)
+        what = block, two_step.settings, solution.flights, solution.searched
+        return adjust_flights(*what)
+    except EinschaltError:  # what the two steps do not need
+        return None
+
+
+def patterns_of_two_steps(two_step):
+    """Control that is wrong together, by two steps, and by one adjustment beside them.
+
+    ControlPatterns. Both follow control alike, but the adjustment shows smaller ones.
+    """
+    patterns = find_control_patterns(two_step, two_step.excluded_control)
+    adjustment = two_step.adjusted_beside
+    if adjustment is None:
+        return patterns
+    beside = Beside(adjustment, two_step.solution, two_step.block)
+    return with_adjusted_heights(beside, patterns, two_step.excluded_control)
+
+
+def pattern_of_adjusted_heights(adjusted, set_aside=frozenset()):
     """The clearest pattern in the heights of control of an adjustment, as it is known.
 
     As of :func:`find_height_pattern`; nothing without heights and their errors, and
     where groups share shifts of a size that nobody knows. Control that was set aside
-    takes no part.
+    takes no part, and what was ``set_aside`` elsewhere, names, may be as wrong as it
+    likes.
     """
     adjustment = adjusted.adjustment
     tables, solution = adjustment.tables, adjustment.solution
@@ -65,7 +117,9 @@ def pattern_of_adjusted_heights(adjusted):
     is_held = np.isfinite(heights) & ~table["is_set_aside"].to_numpy(dtype=bool)
     is_held &= np.diag(found.information) > 0.0
     scores, information = found.scores[is_held], found.information[is_held][:, is_held]
-    shown = Scores(ControlScores(rows[is_held], scores[:, None], information))
+    known = ControlScores(rows[is_held], scores[:, None], information)
+    is_free = is_among(table["point_id"][is_held], list(set_aside))
+    shown = Scores(known.without(is_free) if is_free.any() else known)
     points = adjusted.solution.points
     new = points.loc[points["role"] == "new", "point_id"]
     is_new = is_among(tables.point_id[adjustment.drawn.points], new)
@@ -73,13 +127,13 @@ def pattern_of_adjusted_heights(adjusted):
     return find_height_pattern(own, shown)
 
 
-def with_adjusted_heights(adjusted, patterns):
+def with_adjusted_heights(adjusted, patterns, set_aside=frozenset()):
     """Patterns of two steps, with that in heights of an adjustment where it shows one.
 
     It knows control better, and what that does to its own points. Another scale of
     heights is no matter of control.
     """
-    height, moved, p_value = pattern_of_adjusted_heights(adjusted)
+    height, moved, p_value = pattern_of_adjusted_heights(adjusted, set_aside)
     if moved == 0.0:
         return patterns
     if patterns.height is not None and patterns.height.flights:
