@@ -278,8 +278,13 @@ class SuspectControl:
 
     @cached_property
     def control_patterns(self):
-        """Those of the two steps, and of the heights in the adjustment."""
-        return with_adjusted_heights(self, self._patterns_in_two_steps)
+        """Those of the two steps, and of the heights in the adjustment.
+
+        Of these only where all control takes part: what is left beside control that
+        was set aside is chosen to agree.
+        """
+        patterns = self._patterns_in_two_steps
+        return patterns if self._set_aside else with_adjusted_heights(self, patterns)
 
     @property
     def _patterns_in_two_steps(self):

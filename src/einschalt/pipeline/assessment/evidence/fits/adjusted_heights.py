@@ -31,7 +31,11 @@ from einschalt.pipeline.densification.solution import Solution
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.simultaneous.image_errors import N_DRAWS
 from einschalt.stages.simultaneous.observations import SPATIAL
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.block_adjustment.control_heights import height_scores
+
+# left-out control is another test of the same heights: both share the probability
+SIGNIFICANCE = SYSTEMATIC_SIGNIFICANCE / 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +128,8 @@ def pattern_of_adjusted_heights(adjusted, set_aside=frozenset()):
     new = points.loc[points["role"] == "new", "point_id"]
     is_new = is_among(tables.point_id[adjustment.drawn.points], new)
     own = AdjustedHeights(control, rows, found.follows[is_new])
-    return find_height_pattern(own, shown)
+    pattern = find_height_pattern(own, shown)
+    return pattern if pattern[2] <= SIGNIFICANCE else NOTHING
 
 
 def with_adjusted_heights(adjusted, patterns, set_aside=frozenset()):
