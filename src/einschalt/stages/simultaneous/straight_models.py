@@ -18,6 +18,7 @@ from einschalt.stages.simultaneous.shared_bends import (
     find_shared_bends,
     made_by_errors,
 )
+from einschalt.stages.stage2_relative_orientation import RelativeOrientation
 from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.shared_bend import AnswerToBends, BendTest
 from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
@@ -38,8 +39,10 @@ class BentFlights:
     covariance: np.ndarray  # (n_terms, n_terms)
     tests: dict[str, BendTest]  # of each flight that has terms
 
-    def straightened(self, flights):
-        """The flights (dict of RelativeOrientation) with their models corrected."""
+    def straightened(
+        self, flights: dict[str, RelativeOrientation]
+    ) -> dict[str, RelativeOrientation]:
+        """Correct the models of the flights."""
         return {
             name: self._corrected(oriented, self.columns[name] @ self.coefficients)
             for name, oriented in flights.items()
