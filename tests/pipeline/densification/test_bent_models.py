@@ -12,6 +12,7 @@ from tests.stages.simultaneous.test_shared_bends import (
 )
 
 import einschalt as es
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 
 SPACE = ["easting", "northing", "height"]
@@ -91,3 +92,13 @@ def test_it_is_told_what_was_corrected(method):
     assert "curvature_untold" not in found
     straight = es.densify(simulated(1), es.Settings(method=method))
     assert "bent_models" not in {each.code for each in straight.assessment.findings}
+
+
+def test_models_that_were_corrected_are_not_published(tmp_path):
+    """Their parameters lead from corrected coordinates, which nobody else has."""
+    block = replace(with_flights(simulated(1), BENDS["machine"]), crs=None)
+    result = es.densify(block)
+    result.write(tmp_path / "results")
+    for published in (result, tmp_path / "results"):
+        with pytest.raises(GeometryError, match="no transformation"):
+            es.publish(published, "demo", tmp_path / "published", crs="EPSG:31255")

@@ -48,6 +48,7 @@ from einschalt.interfaces.publication.tinshift_file import (
     tinshift_step,
     write_tinshift,
 )
+from einschalt.pipeline.assessment.evidence.fits.bent_models import bent_flights_of
 from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
@@ -365,6 +366,8 @@ def publish_densification(
     """Publish the models of a DensificationResult; see :func:`einschalt.publish`."""
     deformation = result.assessment.deformation
     flights = () if deformation is None else deformation.flights
+    bent = {flight.flight for flight in flights if flight.is_modelled}
+    bent |= {each.flight for each in bent_flights_of(result.examination)}
     # models lead to the system of the block, whatever that of the results
     tables = {name: getattr(result.examination, name) for name in BLOCK_TABLES}
     return publish_block(
@@ -375,7 +378,7 @@ def publish_densification(
         crs=crs,
         source_crs=source_crs,
         title=title_of_block(result.block.name),
-        bent=[flight.flight for flight in flights if flight.is_modelled],
+        bent=sorted(bent),
         files=result.block.files,
         **options,
     )

@@ -251,11 +251,14 @@ def _table(folder, name):
 
 
 def _bent(folder):
-    """Flights whose models share a deformation that was modelled."""
+    """Flights whose models share a deformation that was modelled, or corrected."""
     path = folder / ASSESSMENT
     assessed = json.loads(path.read_bytes()) if path.exists() else {}
     flights = (assessed.get("deformation") or {}).get("flights", ())
-    return [flight["flight"] for flight in flights if flight["is_modelled"]]
+    modelled = {flight["flight"] for flight in flights if flight["is_modelled"]}
+    findings = assessed.get("findings") or ()
+    corrected = (f["names"] for f in findings if f["code"] == "bent_models")
+    return sorted(modelled.union(*corrected))
 
 
 def publish(
