@@ -156,9 +156,9 @@ def test_a_search_in_space_is_rough_and_ends_with_every_digit(monkeypatch):
     for found, exact in ends:
         away = found.solution.points - exact.solution.points
         assert np.abs(away).max() < 1e-6
-    # 2.9 or more with every digit in every step
+    # 5.8 with every digit in every step
     assert len(steps) > 5
-    assert np.mean(steps) < 2.5
+    assert np.mean(steps) < 4.5
 
 
 def test_gross_errors_make_no_shifts_of_groups():

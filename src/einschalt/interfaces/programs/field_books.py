@@ -58,7 +58,7 @@ class _Book:
 
     def add(self, name, values, row):
         """Add a point with its numbers as they stand; without plane ones it is none."""
-        wrong = next((one for one in values if one and not is_number(one)), None)
+        wrong = next((one for one in values if one and not _is_finite(one)), None)
         if wrong is not None or not name:
             found = (
                 f"the point {name!r} has {wrong!r}" if name else "a point has no name"
@@ -76,6 +76,10 @@ class _Book:
         place = dict(zip((*self.order, "height"), numbers, strict=True))
         self.names.append(name)
         self.places.append([place[one] for one in PLACE])
+
+
+def _is_finite(text):
+    return is_number(text) and np.isfinite(float(text))
 
 
 def read_sdr(file) -> Foreign:

@@ -52,10 +52,7 @@ from einschalt.pipeline.assessment.evidence.control.suspect_control import (
 from einschalt.pipeline.assessment.evidence.control.suspects import points_far_apart
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
-from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
-    adjusted_beside,
-    patterns_of_two_steps,
-)
+from einschalt.pipeline.assessment.evidence.fits import adjusted_heights
 from einschalt.pipeline.assessment.evidence.fits.high_flight_misfit import (
     high_flight_misfit,
 )
@@ -94,6 +91,7 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
     deformation_facts,
 )
 from einschalt.pipeline.assessment.known_points import (
+    DIFFERENCES,
     check_points,
     check_points_confirmed_by_two,
     confirmed_check_points,
@@ -345,10 +343,7 @@ class TwoStepExamination(Examination):
         """Affinity of film and strain of control: SystematicPatterns."""
         return find_patterns(self)
 
-    @cached_property
-    def left_out_control(self):
-        """Every control point predicted without itself, LeftOutControl or None."""
-        return leave_out_control(self)
+    left_out_control = cached_property(leave_out_control)
 
     @property
     def left_out_differences(self):
@@ -357,8 +352,8 @@ class TwoStepExamination(Examination):
         DataFrame by point_id, of those that are no suspects.
         """
         table = self.control_left_out.set_index("point_id")
-        table = table[~table["is_suspect"].astype(bool)]
-        return table[[f"difference_{axis}" for axis in PLAN]].set_axis(PLAN, axis=1)
+        is_good = ~table["is_suspect"].astype(bool)
+        return table.loc[is_good, DIFFERENCES].set_axis(PLAN, axis=1)
 
     @property
     def left_out_heights(self):
@@ -366,8 +361,8 @@ class TwoStepExamination(Examination):
         return heights_left_out(self.control_left_out, "difference_height")
 
     is_of_result = False  # and not of what is tried beside it
-    adjusted_beside = cached_property(adjusted_beside)
-    control_patterns = cached_property(patterns_of_two_steps)
+    adjusted_beside = cached_property(adjusted_heights.adjusted_beside)
+    control_patterns = cached_property(adjusted_heights.patterns_of_two_steps)
 
     @cached_property
     def strain(self):

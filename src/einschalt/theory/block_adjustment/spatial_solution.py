@@ -312,9 +312,10 @@ class _Task(BlockInOrder):
         """Last pass with the arms of adjusted points, beginning where models settled.
 
         As it was where its steps do not become smaller: beside gross errors, of which
-        residuals are as long as arms. Nor where second derivatives count.
+        residuals are as long as arms. Nor where second derivatives count, or where a
+        rough solution is asked for.
         """
-        if last.order != LINEAR:
+        if last.order != LINEAR or settled > SETTLED:
             return last
         now, before = last, np.inf
         for _ in range(MOST_PASSES):

@@ -68,7 +68,9 @@ def _is_tried(examined):
     control = examined.block.control_points
     if control is None or STATED not in control or "covariance_en" in control:
         return False
-    return examined.is_small and not examined.shares_control_errors
+    # one adjustment knows how large its block is by the two steps beside it
+    is_small = examined.two_step.is_possible and examined.is_small
+    return is_small and not examined.shares_control_errors
 
 
 def _looks_small(examined):

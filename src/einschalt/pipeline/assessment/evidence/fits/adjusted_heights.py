@@ -70,9 +70,11 @@ def adjusted_beside(two_step) -> BlockAdjustment | None:
     """One adjustment of the spatial models of a small block in two steps.
 
     Of the block that was asked for, and of none that is tried; None where there is no
-    such adjustment.
+    such adjustment, or where given points take the place of control.
     """
     block, solution = two_step.block, two_step.solution
+    if block.high_flight is None:
+        return None
     kinds = {flight.transformation for flight in block.flights.values()}
     is_made = two_step.is_of_result and two_step.is_small and kinds == {SPATIAL}
     if not is_made or two_step.settings.iterations > 1:
