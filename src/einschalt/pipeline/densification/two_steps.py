@@ -234,7 +234,7 @@ def solve_in_two_steps(
     gross = gross or find_gross_measurements(block, flights, settings, searched)
     alike = searched_flights(block, flights, gross.searched or searched)
     known = _of_the_same(before, block, settings, flights)
-    bends, straight = _straightened(known, alike, settings)
+    bends, straight = _straightened(_found_alike(known, settings), alike, settings)
     measured = {name: oriented.model_points for name, oriented in straight.items()}
     high = _high_flight(block, straight, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
@@ -283,6 +283,14 @@ def _of_the_same(before, block, settings, flights):
     if before and before.is_possible and _bends_alike(before, block, settings, flights):
         return before
     return None
+
+
+def _found_alike(known, settings):
+    """The solution before, if gross errors were kept there as they are here."""
+    if known is None:
+        return None
+    kept = (each.outliers == "keep" for each in (known.settings, settings))
+    return known if len(set(kept)) == 1 else None
 
 
 def _straightened(known, searched, settings):

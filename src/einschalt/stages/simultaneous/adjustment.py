@@ -317,10 +317,14 @@ def _adjust_part(tables, part, verdicts, options, searches):
     tests, begun, weighed, cleaned = _cleaned(tables, part, begun, options, search)
     bends = find_shared_bends(tables, weighed, options)
     if bends.modelled is not None:
-        part = bends.given_to(part)
-        begun = begun.readjusted(part.observations)
-        weighed = weigh_part(tables, part, begun, options)
-        cleaned = clean_part(weighed, options)
+        try:
+            bent = bends.given_to(part)
+            again = begun.readjusted(bent.observations)
+            weighed = weigh_part(tables, bent, again, options)
+            part, begun, cleaned = bent, again, clean_part(weighed, options)
+        except UndeterminedTermsError:  # once gross errors are out
+            bends = replace(bends, modelled=None)
+            weighed = weigh_part(tables, part, begun, options)
     # its sizes stand beside those of the random errors, which must be known before
     both = [weighed]
     own = find_own_deformation(tables, weighed, begun.solution, options.deformation)

@@ -150,11 +150,11 @@ def _expected_fits(tables, factors, squares):
 
     Errors are drawn as they were estimated, where they were.
     """
-    found, n_groups = {}, (len(factors) - 1) // len(tables.flights)
+    found = {}
     for k, (images, drawn) in enumerate(zip(tables.images, squares, strict=True)):
         mean = drawn.mean()
         if images is not None and mean > 0.0:
-            m_0 = np.sqrt(mean) / factors[k * n_groups]
+            m_0 = np.sqrt(mean) / factors[k]
             degrees = 2.0 * mean**2 / drawn.var(ddof=1)
             found[tables.flights[k]] = ExpectedFit(float(m_0), float(degrees))
     return found

@@ -10,8 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.stages.simultaneous.adjustment import AdjustmentOptions
-from einschalt.stages.simultaneous.determined_part import begun_part, determined_part
+from einschalt.stages.simultaneous.adjustment import GIVEN_UP, AdjustmentOptions
+from einschalt.stages.simultaneous.determined_part import (
+    begun_part,
+    determined_part,
+    part_of,
+)
 from einschalt.stages.simultaneous.outlier_removal import weigh_part
 from einschalt.stages.simultaneous.shared_bends import (
     every_term,
@@ -20,6 +24,7 @@ from einschalt.stages.simultaneous.shared_bends import (
 )
 from einschalt.stages.stage2_relative_orientation import RelativeOrientation
 from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
+from einschalt.theory.block_adjustment.gross_errors import ContradictedModelError
 from einschalt.theory.block_adjustment.shared_bend import AnswerToBends, BendTest
 from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
 
@@ -65,8 +70,9 @@ def _moved(table, by):
 def bent_flights(tables, outliers, significance) -> BentFlights | None:
     """Estimate the bends that models of each flight share; None where none show.
 
-    All models of the tables (BlockTables) are adjusted together for it; of more than
-    2000 this is not done. ``outliers``: whether gross errors are kept.
+    All models of the tables (BlockTables) are adjusted together for it, without those
+    that contradict the others; of more than 2000 this is not done. ``outliers``:
+    whether gross errors are kept.
     """
     if not tables.is_spatial or len(tables.models) > MOST_MODELS:
         return None
@@ -74,14 +80,23 @@ def bent_flights(tables, outliers, significance) -> BentFlights | None:
     options = AdjustmentOptions(
         deformation="modelled", outliers=snoops, significance=significance
     )
-    try:
-        return _estimated(tables, options)
-    except (GeometryError, NoConvergenceError, UndeterminedTermsError):
-        return None  # all models together are not determined: nothing tells
-
-
-def _estimated(tables, options):
     part, verdicts = determined_part(tables)
+    try:
+        for _ in range(len(tables.models) // 2):
+            try:
+                return _estimated(tables, part, verdicts, options)
+            except (NoConvergenceError, ContradictedModelError) as error:
+                placed = np.flatnonzero(verdicts.is_fine)
+                if error.n_models != len(placed):  # of an adjustment of some of them
+                    return None
+                verdicts.verdict[placed[error.model]] = GIVEN_UP[type(error)]
+                part = part_of(tables, verdicts)
+    except (GeometryError, UndeterminedTermsError):
+        pass  # all models together are not determined: nothing tells
+    return None
+
+
+def _estimated(tables, part, verdicts, options):
     part, begun = begun_part(tables, part, verdicts, options)
     weighed = weigh_part(tables, part, begun, options)
     bends = find_shared_bends(tables, weighed, options)

@@ -18,6 +18,7 @@ from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.block_adjustment.adjusted_block import AdjustedBlock
 from einschalt.theory.block_adjustment.block_tests import judge_control
 from einschalt.theory.block_adjustment.determinacy import loose_models
+from einschalt.theory.block_adjustment.spatial_solution import SETTLED
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
 FAR = 6.0  # times the usual contradiction of a given point, which is no chance
@@ -197,7 +198,8 @@ def _without(solution, given, is_out, is_aside, *, in_search=False):
     changed = without_given(without_rows(given, is_out), is_aside)
     how = {}
     if in_search and given.is_in_space:
-        how["settled"] = SETTLED_IN_SEARCH * float(np.min(given.standard_error))
+        share = SETTLED_IN_SEARCH * float(np.min(given.standard_error))
+        how["settled"] = max(SETTLED, share)
     solution = solution.readjusted(changed, **how)
     n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
     lost = solution.residuals.shape[1] * n_lost

@@ -33,6 +33,7 @@ from einschalt.theory.block_adjustment.adjusted_block import (
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.common_border import (
     Bordered,
+    UndeterminedTermsError,
     inverse_of_common,
     normals_of_common,
 )
@@ -50,7 +51,7 @@ from einschalt.theory.block_adjustment.solver import (
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
 from einschalt.theory.transformation.helmert_3d import angles_of, parameters_from_step
 
-MOST_PASSES = 100
+MOST_PASSES, MOST_SHIFTS = 100, 20
 # a step that is as small as this changes nothing but its own square [m]
 SETTLED, ROUGHLY = 1e-7, 1e-3
 # share of that which common terms may still move: their step is not applied
@@ -235,23 +236,26 @@ class _Task(BlockInOrder):
         """Iterate from a start until no step is larger than ``settled`` [m].
 
         ``common`` are coefficients that the models share, to begin with. An
-        UndeterminedTermsError where the block does not determine them.
+        UndeterminedTermsError where the block does not determine them, or they do not
+        settle: no model is to blame for that.
         """
         place = start.arranged(lambda values: values[self.ordering.order])
         control = self.control_from(place.origin)
         bent = np.zeros((len(place.scale), self._bent.shape[2]))
         n_terms = self._shared.shape[2]
         common = common if len(common) == n_terms else np.zeros(n_terms)
-        for _ in range(MOST_PASSES):
+        for _ in range(MOST_SHIFTS):
             self._xyz = self.given.xyz[self.rows] + self._shared @ common
             last = self._settled(place, bent, control, settled)
             last = self._without_pull(last, control, settled)
             bordered, shift, moved = self._border(last)
-            if moved < OF_COMMON * settled:
+            # where second derivatives count, models settle within a share of errors
+            limit = OF_COMMON * settled if last.order == LINEAR else ROUGHLY
+            if moved < limit:
                 return self._solution(last, control, common, bordered)
             common = common + shift
             place, bent = last.moved()
-        raise NoConvergenceError(moved, 0, self.incidence.n_models)
+        raise UndeterminedTermsError(f"the last step was {moved:g} m")
 
     def _border(self, last):
         """What common terms add to a block that has settled, and their next step.

@@ -92,7 +92,7 @@ def deformation_facts(examined) -> DeformationFacts | None:
         _belief(found, *rms),
         float(found["own_p_value"].iloc[0]),
         examined.adjustment.tables.is_spatial,
-        bool(found["n_terms"].notna().any()),
+        bool(found["p_value"].notna().any()),
         bool(_is_own_detected(found)),
         bool(found["own_is_modelled"].any()),
         *rms,
