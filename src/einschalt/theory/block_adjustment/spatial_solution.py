@@ -54,6 +54,8 @@ from einschalt.theory.transformation.helmert_3d import angles_of, parameters_fro
 MOST_PASSES, MOST_SHIFTS = 100, 20
 # a step that is as small as this changes nothing but its own square [m]
 SETTLED, ROUGHLY = 1e-7, 1e-3
+# beyond it gross errors take part
+LARGEST_S_0 = 2.0
 # share of that which common terms may still move: their step is not applied
 OF_COMMON = 0.01
 # steps that grow beyond it [m] are no rounding
@@ -315,11 +317,14 @@ class _Task(BlockInOrder):
     def _without_pull(self, last, control, settled):
         """Last pass with the arms of adjusted points, beginning where models settled.
 
-        As it was where its steps do not become smaller: beside gross errors, of which
-        residuals are as long as arms. Nor where second derivatives count, or where a
-        rough solution is asked for.
+        As it was where a rough solution is asked for, and beside gross errors, of which
+        residuals may be as long as arms: where second derivatives count, errors are
+        much larger than stated, or steps do not become smaller.
         """
-        if last.order != LINEAR or settled > SETTLED:
+        n_free = last.residuals.size - N_UNKNOWNS * self.incidence.n_models
+        n_free -= 3 * (self.incidence.n_points - np.count_nonzero(self.is_control))
+        is_gross = last.squares > LARGEST_S_0**2 * max(n_free, 1)
+        if last.order != LINEAR or settled > SETTLED or is_gross:
             return last
         now, before = last, np.inf
         for _ in range(MOST_PASSES):
