@@ -15,7 +15,7 @@ PARTED = re.compile(
     (?P<minutes>\d\d?)(?P=sign)(?P<seconds>\d\d?([.,]\d*)?)\s*(?P<after>[NSEW]?)""",
     re.VERBOSE | re.IGNORECASE,
 )
-AGAINST = ("S", "W", "-")
+AGAINST, SIGNS = ("S", "W", "-"), {"+", "-"}
 BASE = 60.0
 
 
@@ -28,6 +28,8 @@ def degrees_and_side(text):
     ((-48.21, 'S'), (16.5, 'E'))
     >>> [degrees_and_side(text) for text in ("16-22-61.0", "16.37", "16 22", "16°22'O")]
     [None, None, None, None]
+    >>> [degrees_and_side(text) for text in ("-48°12'N", "48°12.5'30''N")]
+    [None, None]
     """
     parts = SIGNED.fullmatch(text) or PARTED.fullmatch(text)
     if parts is None:
@@ -35,9 +37,13 @@ def degrees_and_side(text):
     minutes, seconds = (
         float((parts[name] or "0").replace(",", ".")) for name in ("minutes", "seconds")
     )
-    if minutes >= BASE or seconds >= BASE:
+    has_both = parts["seconds"] is not None and not parts["minutes"].isdigit()
+    if minutes >= BASE or seconds >= BASE or has_both:
         return None
     size = int(parts["degrees"]) + minutes / BASE + seconds / BASE**2
     sides = {parts["before"].upper(), parts["after"].upper()} - {""}
+    letters, signs = sides - SIGNS, sides & SIGNS
+    if len(letters) > 1 or (letters and signs):
+        return None
     is_negative = not sides.isdisjoint(AGAINST)
-    return -size if is_negative else size, "".join(sorted(sides - {"+", "-"}))
+    return -size if is_negative else size, "".join(letters)

@@ -117,9 +117,9 @@ def read_nikon(file) -> Foreign:
         if kind == "CO":
             key, _, value = rest.partition(":")
             if key.strip() == "Coord Order":
-                book.order = NIKON_ORDERS.get(value.strip().upper())
-            if key.strip() == "Dist Units" and not value.strip().startswith("Met"):
-                raise _feet(file.source, row)
+                _set_order(book, value.strip(), row)
+            if key.strip() == "Dist Units":
+                _require_metres(value.strip(), file.source, row)
         elif kind in NIKON_POINTS:
             if book.order is None:
                 found = "nothing tells which coordinate comes first"
@@ -128,6 +128,24 @@ def read_nikon(file) -> Foreign:
             book.add(name.strip(), [one.strip() for one in values], row)
         book.n_measured += kind in NIKON_MEASURED
     return _points_of(book)
+
+
+def _set_order(book, word, row):
+    """Take the order of coordinates from a line on: one that is known, and no other."""
+    order = NIKON_ORDERS.get(word.upper())
+    if order is None or (book.names and order != book.order):
+        found = f"the order of the coordinates is {word!r}"
+        raise damaged(book.source, found, "NEZ or ENZ, the same in all of it", row)
+    book.order = order
+
+
+def _require_metres(word, source, row):
+    """Refuse lengths in another unit, or in one that nobody knows."""
+    if word.lower().startswith("met"):
+        return
+    if "f" in word.lower():
+        raise _feet(source, row)
+    raise damaged(source, f"the unit of lengths is {word!r}", "Metres or Feet", row)
 
 
 def _lines(file):

@@ -143,7 +143,9 @@ class BlockAdjustment(FlightsResult):
     common : DataFrame
         flight, term, value, standard_error, of the deformations that the models of a
         flight share; a ratio for film_affinity and film_shear, otherwise model units
-        at the edge of the model.
+        at the edge of the model. Of spatial models ``dz:…`` likewise, ``lens:…`` in mm
+        at the largest radius of the images: what they were corrected by, and
+        parameters of the models lead from corrected coordinates.
     deformations : DataFrame
         flight, n_terms, f_statistic, p_value, is_detected, is_modelled, size,
         size_middle, size_edge (of the displacement, RMS, total) [m],

@@ -59,6 +59,10 @@ BELIEFS = mark_each(
         ),
     }
 )
+OF_SPACE = mark(
+    "Use the simultaneous adjustment: the bend is modelled, and its standard errors "
+    "include it."
+)
 # where something else than deformation speaks for the two steps, as the verdict says
 BESIDE_BETTER_TWO_STEPS = mark_each(
     {
@@ -145,6 +149,8 @@ def belief_text(facts, better=None) -> str:
             simultaneous=length(facts.check_rms_simultaneous),
             two_steps=length(facts.check_rms_two_steps),
         )
+    if facts.is_spatial and facts.belief is Belief.DEFORMATION_MODELLED and not better:
+        return translated(OF_SPACE)
     words = BELIEFS
     if better is not None and better.method == TWO_STEP:
         words = BELIEFS | BESIDE_BETTER_TWO_STEPS
