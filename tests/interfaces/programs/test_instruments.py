@@ -354,7 +354,7 @@ RAW = READ["a.raw"][0]
         ("a.sdr", BOOK.replace("   A", "    "), "row 2: a point has no name"),
         ("a.sdr", BOOK.replace("08KI", "09F1"), "holds no coordinates"),
         ("a.raw", RAW.replace("Metres", "Feet"), "row 2: the book is in feet"),
-        ("a.raw", RAW.replace("NEZ", "XYZ"), "row 4: nothing tells which coord"),
+        ("a.raw", RAW.replace("NEZ", "XYZ"), "row 3: the order of the coordinates"),
         ("a.raw", RAW.replace("1.500", ""), "row 4: the point 'P 7' has one coord"),
     ],
 )
@@ -368,3 +368,15 @@ def test_eastings_may_come_first_in_books_of_ruide(tmp_path):
     for name in ("a.sdr", "a.txt"):  # as the instrument calls it, and as it is renamed
         table = read(tmp_path, name, text).tables["control_points"]
         assert table.iloc[0].tolist() == ["P 7", -2.25, 1.5, 3.5]
+
+
+def test_an_order_or_a_unit_that_changes_is_refused(tmp_path):
+    head, point = "CO,Nikon RAW data format V2.00\n", "UP,1,,10.000,20.000,5.000,\n"
+    ordered = f"{head}CO,Coord Order: NEZ\n"
+    for more in ("CO,Coord Order: XYZ", "CO,Coord Order: ENZ"):
+        with pytest.raises(EinschaltError, match="order of the coordinates"):
+            read(tmp_path, "a.raw", f"{ordered}{point}{more}\n{point}")
+    assert read(tmp_path, "a.raw", f"{ordered}CO,Dist Units: meters\n{point}")
+    for unit, said in (("US Feet", "in feet"), ("cubits", "unit of lengths")):
+        with pytest.raises(EinschaltError, match=said):
+            read(tmp_path, "a.raw", f"{ordered}CO,Dist Units: {unit}\n{point}")

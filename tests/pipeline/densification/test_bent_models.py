@@ -102,3 +102,24 @@ def test_models_that_were_corrected_are_not_published(tmp_path):
     for published in (result, tmp_path / "results"):
         with pytest.raises(GeometryError, match="no transformation"):
             es.publish(published, "demo", tmp_path / "published", crs="EPSG:31255")
+
+
+def test_bends_found_with_gross_errors_are_not_those_without_them():
+    """Heights were 3 cm off those of the same block, snooped from the beginning."""
+    block = with_flights(simulated(1), BENDS["machine"])
+    points = block.low_flight.model_points.copy()
+    rows = np.random.default_rng(2).choice(len(points), 6, replace=False)
+    points.loc[points.index[rows], "z"] += 0.8  # mm
+    block = replace(block, low_flight=replace(block.low_flight, model_points=points))
+    kept, snooped = (
+        es.densify(block, es.Settings(outliers=outliers)).solution
+        for outliers in ("keep", "snoop")
+    )
+    what = block, snooped.settings, kept.flights, lambda *_: None
+    again = solve_in_two_steps(*what, before=kept)
+    np.testing.assert_allclose(
+        again.shared_bends.coefficients, snooped.shared_bends.coefficients
+    )
+    assert not np.allclose(
+        kept.shared_bends.coefficients, snooped.shared_bends.coefficients, rtol=0.05
+    )

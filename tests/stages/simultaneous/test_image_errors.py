@@ -1,6 +1,7 @@
 """Models from images in the simultaneous adjustment: errors of the image points."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.stats import binom
 import einschalt as es
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
-from einschalt.stages.simultaneous.image_errors import image_chains
+from einschalt.stages.simultaneous.image_errors import _expected_fits, image_chains
 from einschalt.theory.block_adjustment.observations import Part
 
 AXES = ["easting", "northing", "height"]
@@ -177,3 +178,11 @@ def test_image_errors_are_estimated_whatever_was_given(block):
     given = es.adjust_block(block, kind="helmert_3d").points
     given = given[given["role"] == "new"]["standard_error_total"]
     assert claimed[0] == pytest.approx(np.sqrt((given**2).mean()), rel=0.05)
+
+
+def test_each_flight_has_the_factor_of_its_own_images():
+    """With estimated sizes every flight was divided by the factor of the first."""
+    tables = SimpleNamespace(flights=("high", "low"), images=(object(), object()))
+    squares = np.full((2, 8), 4.0) + np.arange(8) / 100.0
+    found = _expected_fits(tables, np.array([1.0, 0.5]), squares)
+    assert found["low"].m_0 == pytest.approx(2.0 * found["high"].m_0)
