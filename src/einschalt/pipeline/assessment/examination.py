@@ -66,8 +66,8 @@ from einschalt.pipeline.assessment.evidence.images.exchanged_image_names import 
     find_exchanged_image_names,
 )
 from einschalt.pipeline.assessment.evidence.leave_one_out import (
-    heights_left_out,
     leave_out_control,
+    left_out_heights,
 )
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -343,7 +343,10 @@ class TwoStepExamination(Examination):
         """Affinity of film and strain of control: SystematicPatterns."""
         return find_patterns(self)
 
-    left_out_control = cached_property(leave_out_control)
+    @cached_property
+    def left_out_control(self):
+        """Every control point predicted without itself, LeftOutControl or None."""
+        return leave_out_control(self)
 
     @property
     def left_out_differences(self):
@@ -355,11 +358,7 @@ class TwoStepExamination(Examination):
         is_good = ~table["is_suspect"].astype(bool)
         return table.loc[is_good, DIFFERENCES].set_axis(PLAN, axis=1)
 
-    @property
-    def left_out_heights(self):
-        """As ``left_out_differences``, in height; without rows in the plane."""
-        return heights_left_out(self.control_left_out, "difference_height")
-
+    left_out_heights = property(left_out_heights)
     is_of_result = False  # and not of what is tried beside it
     adjusted_beside = cached_property(adjusted_heights.adjusted_beside)
     control_patterns = cached_property(adjusted_heights.patterns_of_two_steps)

@@ -314,7 +314,8 @@ def _shared_bends(searched, settings):
         observed = searched.tables
     except (GeometryError, TableError):  # two steps ask for less than an adjustment
         return None
-    return bent_flights(observed, settings.outliers, settings.significance)
+    how = settings.outliers, settings.significance, searched.searches
+    return bent_flights(observed, *how)
 
 
 def _own_deformation(known, searched, settings, approximations):

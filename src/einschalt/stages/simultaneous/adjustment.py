@@ -315,7 +315,7 @@ def _adjust_part(tables, part, verdicts, options, searches):
     part, begun = begun_part(tables, part, verdicts, options)
     search = partial(weigh_part, tables, part, begun, options)
     if options.outliers != "keep":
-        search = partial(searches.weighed, _key_of(verdicts, options), search)
+        search = partial(searches.weighed, search_key(verdicts, options), search)
     tests, begun, weighed, cleaned = _cleaned(tables, part, begun, options, search)
     bends = find_shared_bends(tables, weighed, options)
     if bends.modelled is not None:
@@ -348,7 +348,7 @@ def _adjust_part(tables, part, verdicts, options, searches):
     )
 
 
-def _key_of(verdicts, options):
+def search_key(verdicts, options):
     """All that a search for gross errors depends on, beside the tables."""
     models = verdicts.verdict.tobytes()
     return models, options.common, options.significance, options.variance_components

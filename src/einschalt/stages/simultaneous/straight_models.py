@@ -6,11 +6,16 @@ its error is one of their sources.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.stages.simultaneous.adjustment import GIVEN_UP, AdjustmentOptions
+from einschalt.stages.simultaneous.adjustment import (
+    GIVEN_UP,
+    AdjustmentOptions,
+    search_key,
+)
 from einschalt.stages.simultaneous.determined_part import (
     begun_part,
     determined_part,
@@ -67,12 +72,13 @@ def _moved(table, by):
     return {name: table[name] + by[:, k] for k, name in enumerate(XYZ)}
 
 
-def bent_flights(tables, outliers, significance) -> BentFlights | None:
+def bent_flights(tables, outliers, significance, searches) -> BentFlights | None:
     """Estimate the bends that models of each flight share; None where none show.
 
     All models of the tables (BlockTables) are adjusted together for it, without those
     that contradict the others; of more than 2000 this is not done. ``outliers``:
-    whether gross errors are kept.
+    whether gross errors are kept. ``searches``: Searches that adjustments of these
+    tables share.
     """
     if not tables.is_spatial or len(tables.models) > MOST_MODELS:
         return None
@@ -84,7 +90,7 @@ def bent_flights(tables, outliers, significance) -> BentFlights | None:
     try:
         for _ in range(len(tables.models) // 2):
             try:
-                return _estimated(tables, part, verdicts, options)
+                return _estimated(tables, part, verdicts, options, searches)
             except (NoConvergenceError, ContradictedModelError) as error:
                 placed = np.flatnonzero(verdicts.is_fine)
                 if error.n_models != len(placed):  # of an adjustment of some of them
@@ -96,9 +102,12 @@ def bent_flights(tables, outliers, significance) -> BentFlights | None:
     return None
 
 
-def _estimated(tables, part, verdicts, options):
+def _estimated(tables, part, verdicts, options, searches):
     part, begun = begun_part(tables, part, verdicts, options)
-    weighed = weigh_part(tables, part, begun, options)
+    search = partial(weigh_part, tables, part, begun, options)
+    if options.outliers != "keep":
+        search = partial(searches.weighed, search_key(verdicts, options), search)
+    weighed = search()
     bends = find_shared_bends(tables, weighed, options)
     if bends.modelled is None:
         return None

@@ -154,6 +154,11 @@ def heights_left_out(table, column):
     return good[[column]].set_axis(["height"], axis=1).astype(np.float64)
 
 
+def left_out_heights(two_step):
+    """As its ``left_out_differences``, in height; without rows in the plane."""
+    return heights_left_out(two_step.control_left_out, "difference_height")
+
+
 class _Prediction:
     """Operators that predict control points without themselves.
 
