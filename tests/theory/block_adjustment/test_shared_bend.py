@@ -16,12 +16,14 @@ from tests.theory.block_adjustment.test_spatial_solution import (
 from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.shared_bend import (
     OF_HEIGHTS,
+    SCALE,
     AnswerToBends,
     BendTerms,
     MadeByErrors,
     bent_heights,
     examine_bends,
     positions_of_flights,
+    scaled_heights,
 )
 from einschalt.theory.block_adjustment.spatial_solution import adjust_spatially
 
@@ -49,10 +51,16 @@ def all_terms(observations):
     every = bent_heights(position)
     flight = observations.flight[observations.model]
     flights = np.unique(observations.flight)
+    every = np.concatenate([every, scaled_heights(observations, is_ground)], axis=2)
     columns = [np.where((flight == k)[:, None, None], every, 0.0) for k in flights]
-    names = OF_HEIGHTS * len(flights)
-    numbers = np.repeat(flights, len(OF_HEIGHTS))
+    names = (*OF_HEIGHTS, SCALE) * len(flights)
+    numbers = np.repeat(flights, len(OF_HEIGHTS) + 1)
     return BendTerms(np.concatenate(columns, axis=2), numbers, names, position)
+
+
+def bends_of(terms):
+    """Columns of the bends of all flights."""
+    return terms.of_flights(np.unique(terms.flight)).columns
 
 
 class DenseBent(Dense):
@@ -81,7 +89,7 @@ class DenseBent(Dense):
 @pytest.mark.parametrize("control", ["even", "correlated", "held"])
 def test_equals_least_squares_with_every_unknown(control):
     observations, terms, _ = a_bent_block(control=control, n_flights=2)
-    observations = replace(observations, shared_bend=terms.columns)
+    observations = replace(observations, shared_bend=bends_of(terms))
     found = adjust_spatially(observations)
     dense = DenseBent(observations, found)
     x = dense.solve(found)
@@ -112,7 +120,7 @@ def test_equals_least_squares_with_every_unknown(control):
 
 def test_the_answer_to_errors_is_that_of_other_measurements():
     observations, terms, _ = a_bent_block()
-    observations = replace(observations, shared_bend=terms.columns)
+    observations = replace(observations, shared_bend=bends_of(terms))
     found = adjust_spatially(observations)
     rng = np.random.default_rng(4)
     moves = 1e-6 * rng.standard_normal(observations.xyz.shape)  # mm
@@ -133,7 +141,7 @@ def test_bent_heights_have_the_error_that_is_claimed():
     squares, plain = [], []
     for seed in range(20):
         observations, terms, truth = a_bent_block(seed)
-        found = adjust_spatially(replace(observations, shared_bend=terms.columns))
+        found = adjust_spatially(replace(observations, shared_bend=bends_of(terms)))
         error = (found.points - truth)[:, 2]
         squares.append(np.mean(error**2 / found.point_cofactors[:, 2, 2]))
         away = found.common - BENT_BY
@@ -146,7 +154,16 @@ def test_bent_heights_have_the_error_that_is_claimed():
 
 
 def examined(observations):
-    solution, terms = adjust_spatially(observations), all_terms(observations)
+    return examined_for(observations, all_terms(observations))
+
+
+def without_scale(observations):
+    terms = all_terms(observations)
+    return examined_for(observations, terms.of_flights(np.unique(terms.flight)))
+
+
+def examined_for(observations, terms):
+    solution = adjust_spatially(observations)
     answer = AnswerToBends.of(solution, terms)
     made = MadeByErrors(answer.normals, 1.0)
     return examine_bends(solution, terms, answer, made, 0.001)
@@ -182,7 +199,7 @@ def test_a_bend_that_no_residual_shows_is_not_tested():
     tests, found = examined(observations)
     assert np.isnan(tests[0].p_value)
     assert not found
-    columns = all_terms(observations).columns
+    columns = bends_of(all_terms(observations))
     with pytest.raises(UndeterminedTermsError):
         adjust_spatially(replace(observations, shared_bend=columns))
 
@@ -193,3 +210,29 @@ def test_a_bend_of_many_times_the_errors_of_heights_is_none():
     tests, found = examined(observations)
     assert np.isnan(tests[0].p_value)
     assert not found
+
+
+def with_heights(observations, times):
+    xyz = observations.xyz.copy()
+    xyz[:, 2] *= times
+    return replace(observations, xyz=xyz)
+
+
+def test_heights_of_another_scale_are_no_bend():
+    """In a valley they look like one, which would hide a part of it."""
+    for seed in (1, 2, 3):
+        straight = a_block(seed=seed, valley=60.0, relief=0.0)[0]
+        stretched = with_heights(straight, 1.03)
+        assert without_scale(stretched)[0][0].p_value < 0.001
+        tests, found = examined(stretched)
+        assert np.isnan(tests[0].p_value)
+        assert not found
+
+
+def test_a_bend_is_no_scale_of_heights():
+    for seed in range(4):
+        bent, _, _ = a_bent_block(seed, valley=60.0)
+        tests, found = examined(bent)
+        assert found == [0]
+        (alone,) = without_scale(bent)[0]
+        assert tests[0].f_statistic == pytest.approx(alone.f_statistic)

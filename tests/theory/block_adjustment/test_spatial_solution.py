@@ -57,6 +57,9 @@ def a_block(layout="grid", *, seed=0, tilt=0.03, relief=80.0, control="even", **
     ground = np.column_stack(
         [rng.uniform(low, high, (n, 2)), rng.uniform(0.0, relief + 1e-9, n)]
     )
+    if "valley" in more:  # of this depth, along the middle of the block
+        across = (ground[:, 0] - low[0]) / (high - low)[0] - 0.5
+        ground[:, 2] += 4.0 * more["valley"] * across**2
     away = np.abs(ground[None, :, :2] - centres[:, None]).max(axis=2)
     model, point = np.nonzero(away < 560.0)
     kept, point = np.unique(point, return_inverse=True)

@@ -11,6 +11,7 @@ from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.shared_bend import (
     OF_HEIGHTS,
+    SCALE,
     AnswerToBends,
     BendTerms,
     BendTest,
@@ -18,6 +19,7 @@ from einschalt.theory.block_adjustment.shared_bend import (
     bent_heights,
     examine_bends,
     positions_of_flights,
+    scaled_heights,
 )
 from einschalt.theory.relative_orientation.lens_distortion import (
     LENS_TERMS,
@@ -85,11 +87,12 @@ def _terms_of(tables, part):
 
 
 def every_term(tables) -> BendTerms:
-    """Terms of all flights: those of a lens where there are images."""
+    """Terms of all flights: a lens where there are images, and a scale of heights."""
     observations = tables.observations
     is_ground = ~tables.is_centre[observations.point]
     position = positions_of_flights(observations, is_ground)
     flight_of_row = observations.flight[observations.model]
+    scaled = scaled_heights(observations, is_ground)
     columns, flights, names = [], [], ()
     for flight in np.unique(observations.flight):
         rows, images = flight_of_row == flight, tables.images[flight]
@@ -101,9 +104,9 @@ def every_term(tables) -> BendTerms:
         else:
             start = sum(tables.n_rows[:flight])
             terms[rows] = distorted_models(images)[tables.row[rows] - start]
-        columns.append(terms)
-        flights += [flight] * len(own)
-        names += own
+        columns += [terms, scaled * rows[:, None, None]]
+        flights += [flight] * (len(own) + 1)
+        names += (*own, SCALE)
     found = np.concatenate(columns, axis=2)
     return BendTerms(found, np.array(flights), names, position)
 

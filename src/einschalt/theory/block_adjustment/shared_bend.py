@@ -16,6 +16,9 @@ residuals v,
 
 and the errors of c follow from what errors of the observations make of Dᵀ W v.
 
+Heights of another scale, as of a wrong principal distance, look in part like a bend:
+where a scale shows beside it, no bend is believed.
+
 See docs/theory/block_adjustment.md.
 """
 
@@ -35,7 +38,10 @@ from einschalt.theory.block_adjustment.model_deformation import EDGE, MIDDLE
 # errors of measured heights, beyond which it is no bend of models that is found: where
 # a block hardly determines it, other errors seem to be one of many times their size
 MOST_OF_ERROR = 4.0
+# of another scale of heights, beside which no bend is believed
+SCALE_SIGNIFICANCE = 0.001
 OF_HEIGHTS = ("dz:x2", "dz:xy", "dz:y2")
+SCALE = "dz:z"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +56,14 @@ class BendTerms:
     # (n_rows, 2): in the model, about 1 at its edge; NaN of projection centres
     position: np.ndarray
 
+    @property
+    def is_scale(self):
+        """Whether it is the scale of heights, (n_terms,)."""
+        return np.array(self.names, dtype=object) == SCALE
+
     def of_flights(self, flights):
-        """Terms of some of the flights."""
-        is_of = np.isin(self.flight, flights)
+        """Bends of some of the flights."""
+        is_of = np.isin(self.flight, flights) & ~self.is_scale
         names = tuple(np.array(self.names, dtype=object)[is_of])
         return BendTerms(
             self.columns[:, :, is_of], self.flight[is_of], names, self.position
@@ -67,6 +78,21 @@ def bent_heights(position):
     x, y = position.T
     columns = np.zeros((len(position), 3, len(OF_HEIGHTS)))
     columns[:, 2] = np.column_stack([x * x, x * y, y * y])
+    return columns
+
+
+def scaled_heights(observations, is_ground):
+    """Displacement by another scale of the heights of models, (n_rows, 3, 1).
+
+    About the mean height of each model; a coefficient is the ratio.
+    """
+    z, model = observations.xyz[:, 2], observations.model
+    sums, numbers = (
+        np.bincount(model[is_ground], of, observations.n_models)
+        for of in (z[is_ground], None)
+    )
+    columns = np.zeros((len(z), 3, 1))
+    columns[:, 2, 0] = z - (sums / np.maximum(numbers, 1))[model]
     return columns
 
 
@@ -121,8 +147,8 @@ class BendTest:
 
     flight: int
     n_terms: int
-    # NaN where the block does not determine the bend, or one that no lens makes, or no
-    # residuals are left
+    # NaN where the block does not determine the bend, or one that no lens makes, or
+    # heights have another scale, or no residuals are left
     f_statistic: float
     p_value: float
     # displacement of heights that no tilt takes up, over all points, in the middle and
@@ -174,32 +200,67 @@ def examine_bends(solution, terms, answer, made, significance):
 
 def _test(solution, terms, answer, made, flight, beside):
     """Test of one flight beside others that are bent."""
-    used = np.flatnonzero(np.isin(terms.flight, [flight, *beside]))
-    own = np.flatnonzero(terms.flight[used] == flight)
-    nothing = BendTest(flight, len(own), *[np.nan] * 5)
-    square = np.ix_(used, used)
-    try:
-        cofactors = inverse_of_common(answer.normals[square], answer.whole[used])
-    except UndeterminedTermsError:
+    is_bend = (terms.flight == flight) & ~terms.is_scale
+    nothing = BendTest(flight, int(np.sum(is_bend)), *[np.nan] * 5)
+    flights = np.isin(terms.flight, [flight, *beside])
+    border = _border_of(solution, answer, made, flights & ~terms.is_scale)
+    if border is None:
         return nothing
-    sums = answer.sums(solution.residuals)[used]
-    found = -cofactors @ sums
-    rest = solution.redundancy - len(used)
-    left = solution.sum_of_squares + sums @ found
-    if rest <= 0 or not left > 0.0:
-        return nothing
-    covariance = (cofactors @ made.sums[square] @ cofactors)[np.ix_(own, own)]
-    away = found[own] @ np.linalg.solve(covariance, found[own])
-    f = away / len(own) / (left / rest / made.unit_variance)
-    heights = answer.on_ground[:, 2, used[own]] @ found[own]
+    own = is_bend[border.used]
+    heights = answer.on_ground[:, 2, border.used[own]] @ border.found[own]
     of_row = solution.observations.flight[solution.observations.model]
     rows = (of_row == flight) & np.isfinite(terms.position[:, 0])
     sizes = _sizes(heights[rows], terms.position[rows])
     error = np.median(solution.observations.standard_error[rows, 2])
     if not sizes[2] <= MOST_OF_ERROR * error:
         return nothing
-    p_value = float(fdtrc(len(own), rest, f))
-    return BendTest(flight, len(own), float(f), p_value, *sizes)
+    scaled = _border_of(solution, answer, made, flights)
+    if scaled is not None:
+        is_scale = (terms.is_scale & (terms.flight == flight))[scaled.used]
+        if is_scale.any() and scaled.p_value(is_scale) < SCALE_SIGNIFICANCE:
+            return nothing
+    tested = border.f_statistic(own), border.p_value(own)
+    return BendTest(flight, int(own.sum()), *tested, *sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Border:
+    """Terms of some flights, determined together."""
+
+    used: np.ndarray  # (n,): of all terms
+    found: np.ndarray  # (n,): coefficients
+    covariance: np.ndarray  # (n, n): that errors of size 1 make
+    redundancy: int
+    variance: float  # of the residuals that are left, 1 as errors make them
+
+    def f_statistic(self, which):
+        """Size of some of the coefficients, True in ``which`` (n,)."""
+        found, covariance = self.found[which], self.covariance[np.ix_(which, which)]
+        away = found @ np.linalg.solve(covariance, found)
+        return float(away / len(found) / self.variance)
+
+    def p_value(self, which):
+        """Probability that errors make coefficients as large."""
+        f, n_terms = self.f_statistic(which), int(np.sum(which))
+        return float(fdtrc(n_terms, self.redundancy, f))
+
+
+def _border_of(solution, answer, made, is_used):
+    """Some of the terms, True in ``is_used``; None where they are not determined."""
+    used = np.flatnonzero(is_used)
+    square = np.ix_(used, used)
+    try:
+        cofactors = inverse_of_common(answer.normals[square], answer.whole[used])
+    except UndeterminedTermsError:
+        return None
+    sums = answer.sums(solution.residuals)[used]
+    found = -cofactors @ sums
+    rest = solution.redundancy - len(used)
+    left = solution.sum_of_squares + sums @ found
+    if rest <= 0 or not left > 0.0:
+        return None
+    covariance = cofactors @ made.sums[square] @ cofactors
+    return _Border(used, found, covariance, rest, left / rest / made.unit_variance)
 
 
 def _sizes(heights, position):

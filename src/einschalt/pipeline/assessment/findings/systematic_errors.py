@@ -188,7 +188,7 @@ def contradicting_control(examined):
         probability=float(np.nanmin(p_values)),
         remedy="look_for_wrong_control_or_raise_errors",
         facts={
-            "n_control": patterns.n_control or strain.n_control,
+            "n_control": patterns.n_control or getattr(strain, "n_control", 0),
             "moved": patterns.moved_plan if patterns.plan is None else 0.0,
         },
     )

@@ -7,7 +7,7 @@ import pytest
 from tests.photographs_onto_control import AXES, one_flight
 
 from einschalt.foundations.typesetting import length
-from einschalt.pipeline.assessment.evidence.control.signatures import Kind
+from einschalt.pipeline.assessment.evidence.control.suspect_control import PARTS
 from einschalt.pipeline.assessment.evidence.ground import displaced_region
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -157,10 +157,11 @@ def test_heights_that_all_control_parts_in_two_are_in_doubt_beside_those_set_asi
     result = densify(with_errors(block, names.index[rows], errors), SNOOP)
     examined, (_, height) = result.examination, true_errors(result)
     assert 0 < len(examined.wrong_control) < len(rows)
-    assert examined.control_patterns.height.kind is Kind.GROUP
+    assert examined.control_patterns.height.kind in PARTS
     heights = examined.credible_heights
     assert heights.is_lower_bound
-    assert 0.5 < heights.value / height < 2.0
+    # either part may be the wrong one: what the worse one does is told
+    assert 0.5 < heights.value / height < 2.5
 
 
 @pytest.mark.parametrize("deformation", ["ignored", "modelled"])

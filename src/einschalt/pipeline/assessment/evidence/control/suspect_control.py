@@ -48,6 +48,8 @@ from einschalt.stages.error_propagation.given_points import PLAN
 # that single errors lie as close to one direction, or to one line, as those found
 SIGNIFICANCE = 0.1
 FEWEST = 2
+# heights of a part of control that are off alike, wherever its points lie
+PARTS = (Kind.GROUP, Kind.STEP)
 # share of control: data snooping is made for single errors, and where more is refused
 # the others need not be the right ones
 MOST_SET_ASIDE = 0.4
@@ -281,10 +283,12 @@ class SuspectControl:
         """Those of the two steps, and of the heights in the adjustment.
 
         Of these only where all control takes part: what is left beside control that
-        was set aside is chosen to agree.
+        was set aside is chosen to agree, and beside one point that contradicts the
+        adjustment others lean on it.
         """
         patterns = self._patterns_in_two_steps
-        return patterns if self._set_aside else with_adjusted_heights(self, patterns)
+        is_apart = self._set_aside or len(self._suspect_control) == 1
+        return patterns if is_apart else with_adjusted_heights(self, patterns)
 
     @property
     def _patterns_in_two_steps(self):
@@ -318,11 +322,11 @@ class SuspectControl:
             return patterns
         of_all = self._with_all_control.control_patterns
         found, names = of_all.height, set(self.adjustment.control["point_id"])
-        if found is None or found.kind not in (Kind.SCALE, Kind.GROUP):
+        if found is None or found.kind not in (Kind.SCALE, *PARTS):
             return patterns
         parts = set(found.point_ids), names - set(found.point_ids)
         is_out = any(part <= self._set_aside for part in parts)
-        if found.kind is Kind.GROUP and is_out and not self.set_aside_may_be_right:
+        if found.kind in PARTS and is_out and not self.set_aside_may_be_right:
             return patterns
         height = {"height": found, "moved_height": of_all.moved_height}
         return replace(patterns, **height, p_height=of_all.p_height)
