@@ -19,7 +19,7 @@ def with_shared_bends(errors, model, bends, fits):
     that the models were corrected by, or None; ``fits`` are the transformations of each
     flight.
     """
-    if errors is None or model is None or bends is None:
+    if errors is None or model is None or bends is None or not bends.tests:
         return errors
     values = _of_columns(model.low.measured, bends, fits[LOW], LOW)
     if model.high is not None:

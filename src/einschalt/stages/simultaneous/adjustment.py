@@ -54,6 +54,7 @@ from einschalt.stages.simultaneous.tables import (
     parameter_cofactors,
     point_table,
     residual_table,
+    scale_table,
 )
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -153,6 +154,10 @@ class BlockAdjustment(FlightsResult):
         after what was modelled), own_size_edge (of the deformations that each model has
         for itself, RMS, total) [m], own_p_value (of all flights together),
         own_is_modelled; no rows where this was ignored.
+    height_scales : DataFrame
+        flight, ratio (what model heights are too large by), p_value, moved_height (of
+        points without a given height, RMS) [m] of spatial models whose heights are out
+        of scale, which is not corrected; not looked for where deformations are ignored.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     s_0 : float
@@ -208,6 +213,7 @@ class BlockAdjustment(FlightsResult):
     without_suspects: pd.DataFrame = field(default_factory=pd.DataFrame)
     loses_no_others: bool = False
     drawn: DrawnFigures = field(default_factory=DrawnFigures)
+    height_scales: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @cached_property
     def estimates(self) -> Estimates:
@@ -344,6 +350,7 @@ def _adjust_part(tables, part, verdicts, options, searches):
         result,
         common=common_table(tables, result.solution, bends),
         deformations=deformation_table(tables, result.solution, found, options),
+        height_scales=scale_table(tables, bends),
         loses_no_others=_loses_no_others(tables, both, options),
     )
 

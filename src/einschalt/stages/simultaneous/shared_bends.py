@@ -9,6 +9,7 @@ from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.simultaneous.image_errors import drawing, has_images
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.gross_errors import examine_control
+from einschalt.theory.block_adjustment.height_scale import HeightScale, examine_scales
 from einschalt.theory.block_adjustment.shared_bend import (
     OF_HEIGHTS,
     SCALE,
@@ -20,6 +21,7 @@ from einschalt.theory.block_adjustment.shared_bend import (
     examine_bends,
     positions_of_flights,
     scaled_heights,
+    untested,
 )
 from einschalt.theory.relative_orientation.lens_distortion import (
     LENS_TERMS,
@@ -37,6 +39,8 @@ class SharedBends:
 
     tests: tuple[BendTest, ...] = ()  # of each flight of spatial models
     modelled: BendTerms | None = None  # terms that the adjustment is to have
+    # flights whose heights seem to be out of scale
+    scales: tuple[HeightScale, ...] = ()
 
     @property
     def flights(self):
@@ -72,6 +76,10 @@ def find_shared_bends(tables, weighed, options) -> SharedBends:
     answer = AnswerToBends.of(solution, terms)
     made = made_by_errors(tables, weighed, solution, answer)
     given = solution, terms, answer, made, options.significance
+    stated = weighed.block.solution.observations.control_covariance[:, 2, 2]
+    scales = examine_scales(*given[:-1], stated)
+    if scales:  # a part of it looks like a bend
+        return SharedBends(tuple(untested(terms)), scales=tuple(scales))
     tests, found = examine_bends(*given)
     if not found or options.deformation != "modelled":
         return SharedBends(tuple(tests))
@@ -92,21 +100,22 @@ def every_term(tables) -> BendTerms:
     is_ground = ~tables.is_centre[observations.point]
     position = positions_of_flights(observations, is_ground)
     flight_of_row = observations.flight[observations.model]
-    scaled = scaled_heights(observations, is_ground)
     columns, flights, names = [], [], ()
     for flight in np.unique(observations.flight):
         rows, images = flight_of_row == flight, tables.images[flight]
-        own = OF_HEIGHTS if images is None else LENS_TERMS
+        own = (*(OF_HEIGHTS if images is None else LENS_TERMS), SCALE)
         terms = np.zeros((len(rows), 3, len(own)))
         if images is None:
             on_model = rows & is_ground
-            terms[on_model] = bent_heights(position[on_model])
+            bent = bent_heights(position[on_model])
+            scaled = scaled_heights(observations, on_model)
+            terms[on_model] = np.concatenate([bent, scaled[on_model]], axis=2)
         else:
             start = sum(tables.n_rows[:flight])
             terms[rows] = distorted_models(images)[tables.row[rows] - start]
-        columns += [terms, scaled * rows[:, None, None]]
-        flights += [flight] * (len(own) + 1)
-        names += (*own, SCALE)
+        columns.append(terms)
+        flights += [flight] * len(own)
+        names += own
     found = np.concatenate(columns, axis=2)
     return BendTerms(found, np.array(flights), names, position)
 
@@ -114,9 +123,11 @@ def every_term(tables) -> BendTerms:
 def distorted_models(images):
     """What a lens makes of the models of a flight, and of their projection centres.
 
-    By each of ``LENS_TERMS`` with a coefficient of 1 mm, (n_rows, 3, n_terms) [mm].
+    By each of ``LENS_TERMS`` with a coefficient of 1 mm, and by a principal distance
+    that is too short by all of itself, (n_rows, 3, n_terms) [mm].
     """
-    moved = lens_displacements(images.sources[["x", "y"]].to_numpy(dtype=float))
+    xy = images.sources[["x", "y"]].to_numpy(dtype=float)
+    moved = np.concatenate([lens_displacements(xy), -xy[:, :, None]], axis=2)
     n_rows = images.n_rows
     as_it_is = np.broadcast_to(np.eye(3), (n_rows, 3, 3))
     chain = image_chain(images.errors, as_it_is, images.scale_number, images.centres)

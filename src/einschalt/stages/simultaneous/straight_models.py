@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.stages.simultaneous.adjustment import (
@@ -27,6 +28,7 @@ from einschalt.stages.simultaneous.shared_bends import (
     find_shared_bends,
     made_by_errors,
 )
+from einschalt.stages.simultaneous.tables import scale_table
 from einschalt.stages.stage2_relative_orientation import RelativeOrientation
 from einschalt.theory.block_adjustment.common_border import UndeterminedTermsError
 from einschalt.theory.block_adjustment.gross_errors import ContradictedModelError
@@ -48,6 +50,9 @@ class BentFlights:
     coefficients: np.ndarray  # (n_terms,), with the sign of what corrects the models
     covariance: np.ndarray  # (n_terms, n_terms)
     tests: dict[str, BendTest]  # of each flight that has terms
+    # flights whose heights are out of scale, which is not corrected: as of a
+    # BlockAdjustment; a flight without terms may have one
+    height_scales: pd.DataFrame
 
     def straightened(
         self, flights: dict[str, RelativeOrientation]
@@ -74,6 +79,8 @@ def _moved(table, by):
 
 def bent_flights(tables, outliers, significance, searches) -> BentFlights | None:
     """Estimate the bends that models of each flight share; None where none show.
+
+    Nor heights that are out of scale.
 
     All models of the tables (BlockTables) are adjusted together for it, without those
     that contradict the others; of more than 2000 this is not done. ``outliers``:
@@ -109,8 +116,9 @@ def _estimated(tables, part, verdicts, options, searches):
         search = partial(searches.weighed, search_key(verdicts, options), search)
     weighed = search()
     bends = find_shared_bends(tables, weighed, options)
+    scales = scale_table(tables, bends)
     if bends.modelled is None:
-        return None
+        return _without_terms(tables, scales) if len(scales) else None
     part = bends.given_to(part)
     begun = begun.readjusted(part.observations)
     weighed = weigh_part(tables, part, begun, options)
@@ -130,7 +138,15 @@ def _estimated(tables, part, verdicts, options, searches):
             for test in bends.tests
             if test.flight in bends.flights
         },
+        scales,
     )
+
+
+def _without_terms(tables, scales):
+    """Straight models whose heights are out of scale."""
+    none = np.zeros((len(tables.row), 3, 0))
+    columns = _by_flight(tables, none)
+    return BentFlights(columns, np.zeros(0), np.zeros((0, 0)), {}, scales)
 
 
 def _by_flight(tables, columns):

@@ -273,6 +273,17 @@ def common_table(tables, solution, bends) -> pd.DataFrame:
     )
 
 
+def scale_table(tables, bends) -> pd.DataFrame:
+    """Flights whose heights are surely out of scale, as of SharedBends."""
+    columns = ["flight", "ratio", "p_value", "moved_height"]
+    rows = [
+        (tables.flights[scale.flight], scale.ratio, scale.p_value, scale.moved)
+        for scale in bends.scales
+        if scale.is_told_apart
+    ]
+    return pd.DataFrame(rows, columns=columns)
+
+
 def deformation_table(tables, solution, found, options) -> pd.DataFrame:
     """Deformations that the models of each flight share, and those that each has.
 

@@ -38,8 +38,6 @@ from einschalt.theory.block_adjustment.model_deformation import EDGE, MIDDLE
 # errors of measured heights, beyond which it is no bend of models that is found: where
 # a block hardly determines it, other errors seem to be one of many times their size
 MOST_OF_ERROR = 4.0
-# of another scale of heights, beside which no bend is believed
-SCALE_SIGNIFICANCE = 0.001
 OF_HEIGHTS = ("dz:x2", "dz:xy", "dz:y2")
 SCALE = "dz:z"
 
@@ -115,6 +113,9 @@ class AnswerToBends:
     normals: np.ndarray  # (n_terms, n_terms): Dᵀ W R D
     whole: np.ndarray  # (n_terms,): diagonal of Dᵀ W D
     weights: np.ndarray  # (n_rows, 3) [1/m²]
+    # by a coefficient of 1 [m]: of points, and of what they miss models by
+    heights: np.ndarray  # (n_points, n_terms)
+    residuals: np.ndarray  # (n_rows, 3, n_terms)
 
     @classmethod
     def of(cls, solution, terms):
@@ -122,10 +123,10 @@ class AnswerToBends:
         given = solution.observations
         on_ground = solution.linear[given.model] @ terms.columns
         held = np.zeros((*given.control.shape, on_ground.shape[2]))
-        _, residuals = solution.answer_to(on_ground, held)
+        points, residuals = solution.answer_to(on_ground, held)
         weights = given.standard_error**-2.0
         normals = normals_of_common(on_ground, weights, residuals)
-        return cls(on_ground, *normals, weights)
+        return cls(on_ground, *normals, weights, points[:, 2], residuals)
 
     def sums(self, residuals):
         """Dᵀ W v of residuals (n_rows, 3) or (n_rows, 3, n), shape (n_terms[, n])."""
@@ -198,12 +199,22 @@ def examine_bends(solution, terms, answer, made, significance):
     return every, [t.flight for t in every if found and np.isfinite(t.p_value)]
 
 
+def untested(terms):
+    """Tests of all flights where no bend can be believed."""
+    return [_untested(terms, flight) for flight in np.unique(terms.flight).tolist()]
+
+
+def _untested(terms, flight):
+    n_terms = np.count_nonzero((terms.flight == flight) & ~terms.is_scale)
+    return BendTest(flight, int(n_terms), *[np.nan] * 5)
+
+
 def _test(solution, terms, answer, made, flight, beside):
     """Test of one flight beside others that are bent."""
     is_bend = (terms.flight == flight) & ~terms.is_scale
-    nothing = BendTest(flight, int(np.sum(is_bend)), *[np.nan] * 5)
+    nothing = _untested(terms, flight)
     flights = np.isin(terms.flight, [flight, *beside])
-    border = _border_of(solution, answer, made, flights & ~terms.is_scale)
+    border = border_of(solution, answer, made, flights & ~terms.is_scale)
     if border is None:
         return nothing
     own = is_bend[border.used]
@@ -214,17 +225,12 @@ def _test(solution, terms, answer, made, flight, beside):
     error = np.median(solution.observations.standard_error[rows, 2])
     if not sizes[2] <= MOST_OF_ERROR * error:
         return nothing
-    scaled = _border_of(solution, answer, made, flights)
-    if scaled is not None:
-        is_scale = (terms.is_scale & (terms.flight == flight))[scaled.used]
-        if is_scale.any() and scaled.p_value(is_scale) < SCALE_SIGNIFICANCE:
-            return nothing
     tested = border.f_statistic(own), border.p_value(own)
     return BendTest(flight, int(own.sum()), *tested, *sizes)
 
 
 @dataclass(frozen=True, eq=False)
-class _Border:
+class Border:
     """Terms of some flights, determined together."""
 
     used: np.ndarray  # (n,): of all terms
@@ -245,7 +251,7 @@ class _Border:
         return float(fdtrc(n_terms, self.redundancy, f))
 
 
-def _border_of(solution, answer, made, is_used):
+def border_of(solution, answer, made, is_used):
     """Some of the terms, True in ``is_used``; None where they are not determined."""
     used = np.flatnonzero(is_used)
     square = np.ix_(used, used)
@@ -260,7 +266,7 @@ def _border_of(solution, answer, made, is_used):
     if rest <= 0 or not left > 0.0:
         return None
     covariance = cofactors @ made.sums[square] @ cofactors
-    return _Border(used, found, covariance, rest, left / rest / made.unit_variance)
+    return Border(used, found, covariance, rest, left / rest / made.unit_variance)
 
 
 def _sizes(heights, position):

@@ -6,8 +6,8 @@ position x, y from the principal point and r² = x² + y², both in the largest 
     radial      (x, y) r²,  (x, y) r⁴
     decentring  (r² + 2x², 2xy),  (2xy, r² + 2y²), a third of each.
 
-The first power is a principal distance, which the transformation of a spatial model
-takes up but for a share that nothing shows.
+The first power is a principal distance, of which the transformation of a spatial model
+leaves a scale of heights.
 """
 
 import numpy as np

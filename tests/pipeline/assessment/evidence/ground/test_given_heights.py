@@ -95,6 +95,21 @@ def test_a_wrong_principal_distance_is_named_and_counts(block, method):
     assert f"a principal distance of {distance:.1f} mm instead" in told
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_a_distance_that_is_wrong_by_a_per_cent_is_named_and_counts(block, method):
+    """It moved heights by twice what was claimed, and given points did not show it."""
+    result = densify(with_distance(block, 1.01), Settings(method=method))
+    found = result.examination.control_patterns.height
+    assert found.kind is Kind.SCALE
+    assert found.is_of_adjustment
+    assert found.amplitude[0] == pytest.approx(0.01, abs=0.004)
+    assert "heights_out_of_scale" in codes(result)
+    true = true_error(result, block)
+    assert true > 0.14
+    assert 0.7 * true < result.assessment.credible_heights.value < 1.5 * true
+
+
 def test_one_wrong_height_is_named_and_counts(block):
     def change(table):
         return table["height"] + 10.0 * (table.index == 5)

@@ -31,6 +31,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
     with_adjusted_heights,
+    with_scale_of_heights,
 )
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
@@ -286,7 +287,8 @@ class SuspectControl:
         was set aside is chosen to agree, and beside one point that contradicts the
         adjustment others lean on it.
         """
-        patterns = self._patterns_in_two_steps
+        scales = self.adjustment.height_scales
+        patterns = with_scale_of_heights(scales, self._patterns_in_two_steps)
         is_apart = self._set_aside or len(self._suspect_control) == 1
         return patterns if is_apart else with_adjusted_heights(self, patterns)
 

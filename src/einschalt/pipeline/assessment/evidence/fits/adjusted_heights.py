@@ -17,10 +17,15 @@ from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     MOST_CONTROL,
     NOTHING,
+    FoundPattern,
     find_control_patterns,
     find_height_pattern,
 )
-from einschalt.pipeline.assessment.evidence.control.signatures import HEIGHT, Scores
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    HEIGHT,
+    Kind,
+    Scores,
+)
 from einschalt.pipeline.assessment.evidence.systematic_errors import ControlScores
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.simultaneous import (
@@ -93,6 +98,9 @@ def patterns_of_two_steps(two_step):
     ControlPatterns. Both follow control alike, but the adjustment shows smaller ones.
     """
     patterns = find_control_patterns(two_step, two_step.excluded_control)
+    bends = two_step.solution.shared_bends
+    if bends is not None:
+        patterns = with_scale_of_heights(bends.height_scales, patterns)
     adjustment = two_step.adjusted_beside
     if adjustment is None:
         return patterns
@@ -152,4 +160,31 @@ def with_adjusted_heights(adjusted, patterns, set_aside=frozenset()):
         moved_height=moved,
         p_height=p_value,
         n_control=n_control,
+    )
+
+
+def with_scale_of_heights(scales, patterns):
+    """Patterns of two steps, with heights of models that are out of scale, if any are.
+
+    ``scales`` as of a BlockAdjustment. The residuals of all points show it, where
+    left-out control may not. Where it shows in both, two steps tell it.
+    """
+    if len(scales) == 0 or (patterns.height is not None and patterns.height.flights):
+        return patterns
+    scale = scales.iloc[0]
+    found = FoundPattern(
+        kind=Kind.SCALE,
+        flights=(scale["flight"],),
+        point_ids=(),
+        n_control=patterns.n_control,
+        amplitude=(float(scale["ratio"]),),
+        p_value=float(scale["p_value"]),
+        moved=float(scale["moved_height"]),
+        is_of_adjustment=True,
+    )
+    return replace(
+        patterns,
+        height=found,
+        moved_height=found.moved,
+        p_height=found.p_value,
     )
