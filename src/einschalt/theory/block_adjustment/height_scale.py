@@ -12,7 +12,7 @@ See docs/theory/block_adjustment.md.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import ndtri
 
 from einschalt.theory.block_adjustment.shared_bend import border_of
 
@@ -23,6 +23,7 @@ HEIGHT = 2
 # less they are errors themselves, and seem to be out of scale by 1 / (1 + relief²)
 LEAST_RELIEF = 10.0
 BEYOND_ERRORS = 3.0  # times that
+MEDIAN_OF_SQUARES = float(ndtri(0.75) ** 2)  # of errors of variance 1
 # of sums that errors of control heights make
 N_DRAWS = 400
 
@@ -120,7 +121,7 @@ def _with_larger_errors(solution, answer, made, found, variances):
     if not is_known.any():
         return made
     variance = variances[is_known]
-    times = np.median(missed[is_known] ** 2 / variance) / chi2.median(1)
+    times = np.median(missed[is_known] ** 2 / variance) / MEDIAN_OF_SQUARES
     if times <= 1.0:
         return made
     rng = np.random.default_rng(1971)
