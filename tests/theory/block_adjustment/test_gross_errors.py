@@ -7,11 +7,16 @@ import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.block_tests import judge_observations
-from einschalt.theory.block_adjustment.gross_error_search import outlier_free_block
+from einschalt.theory.block_adjustment.gross_error_search import (
+    _judged,
+    outlier_free_block,
+)
 from einschalt.theory.block_adjustment.gross_errors import (
     NORMS,
+    OutlierFreeBlock,
     downweight,
     examine_control,
+    take_out,
     without_far_control,
 )
 
@@ -47,6 +52,28 @@ def test_snooping_gives_the_block_without_these_observations(spoilt, dense):
     assert cleaned.solution.redundancy == expected.redundancy
     assert cleaned.solution.s_0 == pytest.approx(
         np.sqrt(expected.sum_of_squares / expected.redundancy), rel=1e-6
+    )
+
+
+def test_a_point_does_not_hang_on_the_one_measurement_that_the_others_contradict(
+    make_block,
+):
+    """All others were taken out in its place, and nothing refuses one that is alone."""
+    block = make_block("dense grid", "affine", every=3)
+    is_free = ~block.is_given.any(axis=1)
+    n_models = np.bincount(block.point, minlength=block.n_points)
+    point = np.flatnonzero(is_free & (n_models >= 4))[0]
+    wrong, *good = np.flatnonzero(block.point == point)
+    xy = block.xy.copy()
+    xy[wrong] += 100.0
+    bad = replace(block, xy=xy)
+    is_out = np.zeros(len(block.point), dtype=bool)
+    is_out[good] = True
+    begun = replace(OutlierFreeBlock.whole(adjust(bad)), is_out=is_out)
+    found = take_out(begun.readjusted(bad), bad, 0.001, _judged)
+    assert list(np.flatnonzero(found.is_out)) == [wrong]
+    np.testing.assert_allclose(
+        found.solution.points[point], adjust(block).points[point], rtol=0, atol=0.1
     )
 
 

@@ -18,6 +18,7 @@ from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.block_adjustment.adjusted_block import AdjustedBlock
 from einschalt.theory.block_adjustment.block_tests import judge_control
 from einschalt.theory.block_adjustment.determinacy import loose_models
+from einschalt.theory.block_adjustment.majority import outvoted
 from einschalt.theory.block_adjustment.spatial_solution import SETTLED
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
@@ -105,11 +106,13 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     left out too early there comes back. ``significance`` is the probability with which
     a model without gross errors loses a point. ``judge(solution, is_out, given)`` gives
     the BlockTests of the observations.
+    Where most measurements of a point were taken out and agree, those that are left are
+    the wrong ones, which no test refuses once they are alone.
     Raises ContradictedModelError for a spatial model that loses most of its
     measurements, or its hold: only what was taken out would place it, anywhere.
     """
     solution, is_out = begun.solution, begun.is_out.copy()
-    n_returns, is_settled = MOST_RETURNS if is_out.any() else 0, True
+    n_returns, may_return, is_settled = MOST_RETURNS, is_out.any(), True
     is_aside = begun.is_wrong.copy()
     for _ in range(MOST_STEPS):
         tests = judge(solution, is_out, given)
@@ -125,9 +128,12 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
         elif len(worst):
             is_out[worst] = True
         else:
-            is_back = is_out & are_credible(given, tests, significance)
-            if n_returns > 0 and is_back.any():
-                is_out[is_back] = False
+            both = given, tests
+            is_other = _changing_sides(
+                solution, both, is_out, significance, may_return=may_return
+            )
+            if n_returns > 0 and is_other.any():
+                is_out ^= is_other
                 n_returns -= 1
             elif is_settled:
                 break
@@ -145,6 +151,15 @@ def take_out(begun, given, significance, judge) -> OutlierFreeBlock:
     solution = _without(solution, given, is_out, np.zeros_like(is_aside))
     verdict = examine_control(solution, significance)
     return OutlierFreeBlock(verdict.without, is_out, verdict.is_suspect)
+
+
+def _changing_sides(solution, both, is_out, significance, *, may_return):
+    """Measurements that were taken out too early, or instead of those that are left."""
+    given, tests = both
+    is_back = is_out & are_credible(given, tests, significance)
+    if may_return and is_back.any():
+        return is_back
+    return outvoted(solution.residuals, given, is_out)
 
 
 def are_credible(observations, tests, significance):
