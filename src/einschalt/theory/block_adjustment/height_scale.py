@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
+from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.shared_bend import border_of
 
 # orientations of few points are not linear: of what 3.9 standard errors seem to be too
@@ -26,6 +27,7 @@ BEYOND_ERRORS = 3.0  # times that
 MEDIAN_OF_SQUARES = float(ndtri(0.75) ** 2)  # of errors of variance 1
 # of sums that errors of control heights make
 N_DRAWS = 400
+NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,18 +126,24 @@ def _with_larger_errors(solution, answer, made, found, variances):
     times = np.median(missed[is_known] ** 2 / variance) / MEDIAN_OF_SQUARES
     if times <= 1.0:
         return made
-    rng = np.random.default_rng(1971)
-    errors = np.zeros((*given.control.shape, N_DRAWS))
     spread = np.sqrt(variance)[:, None]
-    errors[is_known, HEIGHT] = spread * rng.standard_normal((len(variance), N_DRAWS))
-    none = np.zeros((*given.xyz.shape, N_DRAWS))
-    sums = answer.sums(solution.answer_to(none, errors)[1])
-    more = (times - 1.0) * sums @ sums.T / N_DRAWS
-    return replace(made, sums=made.sums + more)
+    rng, more = np.random.default_rng(1971), np.zeros_like(made.sums)
+    for n_draws in draws_in_parts(N_DRAWS, given.xyz.size, NUMBERS_AT_ONCE):
+        errors = np.zeros((*given.control.shape, n_draws))
+        random = rng.standard_normal((len(variance), n_draws))
+        errors[is_known, HEIGHT] = spread * random
+        none = np.zeros((*given.xyz.shape, n_draws))
+        sums = answer.sums(solution.answer_to(none, errors)[1])
+        more += sums @ sums.T / N_DRAWS
+    return replace(made, sums=made.sums + (times - 1.0) * more)
 
 
 def _has_no_height(observations, terms):
-    """Whether a point lies on the ground, and its height is not given, (n_points,)."""
+    """Whether a point lies on the ground, and its height is not given, (n_points,).
+
+    Of a block of which all heights are given all points on the ground.
+    """
     is_on_ground = np.zeros(len(observations.control), dtype=bool)
     is_on_ground[observations.point[np.isfinite(terms.position[:, 0])]] = True
-    return is_on_ground & np.isnan(observations.control[:, HEIGHT])
+    is_asked = is_on_ground & np.isnan(observations.control[:, HEIGHT])
+    return is_asked if is_asked.any() else is_on_ground
