@@ -37,8 +37,8 @@ def given_to_tests(observations):
 
 
 def examined(observations):
-    variances = observations.control_covariance[:, 2, 2]
-    return examine_scales(*given_to_tests(observations), variances)
+    given = given_to_tests(observations)
+    return examine_scales(*given, given[0])
 
 
 @pytest.mark.parametrize("ratio", [0.01, -0.02])
@@ -89,8 +89,7 @@ def test_another_scale_looks_like_a_bend():
         given = given_to_tests(with_heights(straight, 1.01))
         (bend,), _ = examine_bends(*given, 0.001)
         assert bend.p_value < 0.001
-        variances = straight.control_covariance[:, 2, 2]
-        (scale,) = examine_scales(*given, variances)
+        (scale,) = examine_scales(*given, given[0])
         assert scale.p_value < bend.p_value
         (not_believed,) = untested(given[1])
         assert np.isnan(not_believed.p_value)
@@ -120,3 +119,17 @@ def test_flat_ground_shows_no_scale(relief):
         assert not examined(observations)
         level, _ = a_block(seed=seed, relief=relief, tilt=0.0)
         assert not examined(with_heights(level, 1.5))
+
+
+def test_flights_that_are_out_of_scale_together_move_points_together():
+    """Each alone moves them against the other one."""
+    straight = with_flights(a_block(seed=3)[0])
+    stretched = with_heights(straight, 1.02)
+    scales = examined(stretched)
+    assert sorted(scale.flight for scale in scales) == [0, 1]
+    before, after = map(adjust_spatially, (straight, stretched))
+    moved = (after.points - before.points)[~straight.is_control, 2]
+    expected = np.sqrt(np.mean(moved**2))
+    for scale in scales:
+        assert scale.ratio == pytest.approx(0.02, abs=0.006)
+        assert scale.moved == pytest.approx(expected, rel=0.3)

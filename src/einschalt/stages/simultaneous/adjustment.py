@@ -156,8 +156,9 @@ class BlockAdjustment(FlightsResult):
         own_is_modelled; no rows where this was ignored.
     height_scales : DataFrame
         flight, ratio (what model heights are too large by), p_value, moved_height (of
-        points without a given height, RMS) [m] of spatial models whose heights are out
-        of scale, which is not corrected; not looked for where deformations are ignored.
+        points without a given height, by all flights together, RMS) [m] of spatial
+        models whose heights are out of scale, the clearest first; it is not corrected,
+        and not looked for where deformations are ignored.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     s_0 : float

@@ -76,8 +76,7 @@ def find_shared_bends(tables, weighed, options) -> SharedBends:
     answer = AnswerToBends.of(solution, terms)
     made = made_by_errors(tables, weighed, solution, answer)
     given = solution, terms, answer, made, options.significance
-    stated = weighed.block.solution.observations.control_covariance[:, 2, 2]
-    scales = examine_scales(*given[:-1], stated)
+    scales = examine_scales(*given[:-1], weighed.block.solution)
     if scales:  # a part of it looks like a bend
         return SharedBends(tuple(untested(terms)), scales=tuple(scales))
     tests, found = examine_bends(*given)

@@ -37,13 +37,14 @@ class HeightScale:
     flight: int
     ratio: float  # what heights are too large by; 0.01 is one per cent
     p_value: float  # of all flights together
-    # what it does to the heights of points on the ground without a given one, RMS [m]
+    # what all flights that are out of scale do together to the heights of points on the
+    # ground without a given one, RMS [m]
     moved: float
     # whether errors of control heights that are all larger do not explain it as well
     is_told_apart: bool
 
 
-def examine_scales(solution, terms, answer, made, variances):
+def examine_scales(solution, terms, answer, made, held):
     """Flights whose heights are out of scale, the clearest first.
 
     Parameters
@@ -54,9 +55,8 @@ def examine_scales(solution, terms, answer, made, variances):
         With the scales of heights.
     answer : AnswerToBends
     made : MadeByErrors
-    variances : ndarray, shape (n_points,)
-        Of control heights as stated, of those that ``solution`` has refused as well
-        [m²].
+    held : SpatialSolution
+        The block as it is adjusted, with control that ``solution`` has refused.
 
     Returns
     -------
@@ -73,18 +73,26 @@ def examine_scales(solution, terms, answer, made, variances):
     places = np.flatnonzero((relief > LEAST_RELIEF) & is_large)
     if not _shown(border, places):
         return []
-    made = _with_larger_errors(solution, answer, made, border.found, variances)
+    made = _with_larger_errors(solution, answer, made, border.found, held)
     beside = border_of(solution, answer, made, every)
     told_apart = [place for place, _ in _shown(beside, places)]
+    shown = _shown(border, places)
+    some = [place for place, _ in shown]
+    errors = answer.on_ground[:, :, some] @ border.found[some]
+    none = np.zeros((*observations.control.shape, 1))
+    heights = held.answer_to(errors[:, :, None], none)[0][:, HEIGHT, 0]
     is_asked = _has_no_height(observations, terms)
-    scales = []
-    for place, p_value in _shown(border, places):
-        ratio = -float(border.found[place])
-        heights = ratio * answer.heights[is_asked, place]
-        moved = float(np.sqrt(np.mean(heights**2)))
-        flight = int(terms.flight[place])
-        told = p_value, moved, place in told_apart
-        scales.append(HeightScale(flight, ratio, *told))
+    moved = float(np.sqrt(np.mean(heights[is_asked] ** 2)))
+    scales = [
+        HeightScale(
+            flight=int(terms.flight[place]),
+            ratio=-float(border.found[place]),
+            p_value=p_value,
+            moved=moved,
+            is_told_apart=place in told_apart,
+        )
+        for place, p_value in shown
+    ]
     return sorted(scales, key=lambda scale: scale.p_value)
 
 
@@ -107,13 +115,14 @@ def _relief(observations, terms, answer):
     return np.sqrt(np.maximum(np.diag(answer.normals), 0.0) / np.array(n_points))
 
 
-def _with_larger_errors(solution, answer, made, found, variances):
+def _with_larger_errors(solution, answer, made, found, held):
     """Sums of errors, those of control heights as large as models show at most.
 
     By what most of them miss their models, beside the terms that were ``found``: much
     of an error of control is no correction of it, but one of the models.
     """
     given = solution.observations
+    variances = held.observations.control_covariance[:, HEIGHT, HEIGHT]
     missed = solution.residuals[:, HEIGHT] + answer.residuals[:, HEIGHT] @ found
     n_points = len(given.control)
     n_models = np.bincount(given.point, minlength=n_points)

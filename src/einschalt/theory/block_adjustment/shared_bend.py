@@ -213,8 +213,8 @@ def _test(solution, terms, answer, made, flight, beside):
     """Test of one flight beside others that are bent."""
     is_bend = (terms.flight == flight) & ~terms.is_scale
     nothing = _untested(terms, flight)
-    flights = np.isin(terms.flight, [flight, *beside])
-    border = border_of(solution, answer, made, flights & ~terms.is_scale)
+    is_used = np.isin(terms.flight, [flight, *beside]) & ~terms.is_scale
+    border = border_of(solution, answer, made, is_used)
     if border is None:
         return nothing
     own = is_bend[border.used]
