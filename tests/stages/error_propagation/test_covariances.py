@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from einschalt.stages.error_propagation import covariances
+from einschalt.stages.error_propagation import covariances, propagation_steps
 from einschalt.stages.error_propagation.covariances import (
     SharedCovariances,
     covariances_of_pairs,
@@ -209,7 +209,7 @@ def test_other_names_of_the_same_chains_are_other_chains(chains):
 
 
 def test_many_pairs_are_taken_in_parts(chains, monkeypatch):
-    monkeypatch.setattr(covariances, "PAIRS_AT_ONCE", 10)
+    monkeypatch.setattr(propagation_steps, "PAIRS_AT_ONCE", 10)
     monkeypatch.setattr(bundled_covariance, "PAIRS_AT_ONCE", 10)
     pairs = np.stack(np.meshgrid([3, 9, 20, 41], [3, 9, 20, 41]), -1).reshape(-1, 2)
     expected = sum(_dense(chains).values())[pairs[:, 0], pairs[:, 1]]

@@ -8,7 +8,6 @@ formed from images the sources are the image points, which neighbouring models s
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.error_propagation.orientation_errors import orientation_chains
@@ -79,12 +78,13 @@ def measurement_errors(block, points, fits, oriented, bent=None) -> MeasurementE
 def image_chain(errors, linear, scale_number, centres=None) -> PointOperator:
     """Operators from the errors of image points to those of model points.
 
-    To measuring errors on the ground [m], in two steps: from image points to these and
-    the changes of base and turn of each orientation, and from both to the model points.
-    With three axes the third of each source, an image point, moves nothing. Errors of
-    the sources are those on the ground at ``scale_number``. ``linear`` (n_points, d, d)
-    leads from each model point to the ground; so it does for the ``centres`` that
-    follow: pair and side (0 left, 1 right) of each, (n_centres, 2).
+    To measuring errors on the ground [m]: straight from image points to model points,
+    and to the changes of base and turn of each orientation, and from these to all
+    points of a model. With three axes the third of each source, an image point, moves
+    nothing. Errors of the sources are those on the ground at ``scale_number``.
+    ``linear`` (n_points, d, d) leads from each model point to the ground; so it does
+    for the ``centres`` that follow: pair and side (0 left, 1 right) of each,
+    (n_centres, 2).
     """
     influence = errors.influence
     n_points, n_coordinates = len(influence.model), linear.shape[1]
@@ -103,19 +103,12 @@ def image_chain(errors, linear, scale_number, centres=None) -> PointOperator:
     n_changes = N_CHANGES * errors.n_models
     by_image = linear[:n_points] @ influence.by_image[:, :n_coordinates] * image_mm
     by_changes = linear @ gain[:, :n_coordinates]
-    points = sparse.hstack(
-        [
-            scattered(by_image, of_point[:n_points], of_image, (n_rows, n_columns)),
-            scattered(by_changes, of_point, of_changes, (n_rows, n_changes)),
-        ],
-        format="csr",
-    )
+    own = scattered(by_image, of_point[:n_points], of_image, (n_rows, n_columns))
+    through = scattered(by_changes, of_point, of_changes, (n_rows, n_changes))
     changes = scattered(
         influence.by_point * image_mm,
         of_changes[:n_points],
         of_image,
         (n_changes, n_columns),
     )
-    each = sparse.eye_array(n_columns, format="csr")
-    spread = sparse.vstack([each, changes], format="csr")
-    return PointOperator((points, spread), axes)
+    return PointOperator((own,), axes) + PointOperator((through, changes), axes)

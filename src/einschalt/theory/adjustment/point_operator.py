@@ -255,15 +255,7 @@ class PointOperator:
         """What becomes of packed vectors, or of columns of them."""
         if numbers.ndim == 1:
             return self.apply(numbers[:, None])[:, 0]
-        if not self.factors:
-            return numbers
-        out = None
-        for one in self.products:
-            steps, inner = one.factors, numbers
-            for matrix in steps[:0:-1]:
-                inner = _add_product(matrix, inner)
-            out = _add_product(steps[0], inner, out)
-        return out
+        return _applied([one.factors for one in self.products], numbers)
 
     def of_vectors(self, vectors):
         """What becomes of vectors of points, (n_sources, n_coordinates)."""
@@ -405,6 +397,23 @@ def stacked(rows):
     """Operator of operators beside each other in a row, and rows above each other."""
     beside = [sparse.hstack([part.matrix.tocsr() for part in row]) for row in rows]
     return PointOperator((sparse.vstack(beside, format="csr"),), rows[0][0].axes)
+
+
+def _applied(products, numbers):
+    """Sum of what products make of columns; last steps that they share are taken once.
+
+    ``products`` are the steps of each, the last one first.
+    """
+    alike, out = {}, None
+    for steps in products:
+        if steps:
+            alike.setdefault(id(steps[0]), []).append(steps)
+        else:
+            out = numbers.copy() if out is None else out + numbers
+    for parts in alike.values():
+        inner = _applied([steps[1:] for steps in parts], numbers)
+        out = _add_product(parts[0][0], inner, out)
+    return out
 
 
 def _add_product(matrix, columns, out=None):
