@@ -60,11 +60,12 @@ class SharedCovariances:
             self._steps = kept = key, chains, PropagationSteps.of(chains, self._bundles)
         return kept[2]
 
-    def covariances(self, met, size, chains, standard_errors):
+    def covariances(self, met, size, chains, standard_errors, parts=None):
         """Covariances of pairs of parameters from each source, (n_met, size, size).
 
         ``met`` are the BundlePairs; ``chains`` lead to the parameters, of which
-        ``size`` numbers stand in a bundle.
+        ``size`` numbers stand in a bundle; ``parts`` are those of them, slices, that
+        some of the sources reach alone.
         """
         sizes = [standard_errors[name] for name in chains]
         key, kept = (size, identity_of(chains), tuple(map(id, sizes))), self._kept
@@ -74,11 +75,16 @@ class SharedCovariances:
             return {name: blocks[places] for name, blocks in kept.joint.items()}
         bundles, met_of_these = met.alone()
         joint = self._through_models(chains, size, bundles, met_of_these, sizes)
-        others = {name: one for name, one in chains.items() if name not in joint}
-        n = _n_parameters(chains)
-        for source, rows in _rows_to_bundles(others, size, bundles, n):
-            each = standard_errors[source]
-            joint[source] = joint_covariance(rows, met_of_these, size, each)
+        n, parts = _n_parameters(chains), parts or {}
+        alike = {}
+        for name in chains.keys() - joint.keys():
+            part = parts.get(name, slice(size))
+            alike.setdefault((part.start, part.stop), {})[name] = chains[name]
+        for edges, some in alike.items():
+            part = slice(*edges)
+            for source, rows in _rows_to_bundles(some, size, bundles, n, part):
+                each = standard_errors[source]
+                joint[source] = _of_part(rows, met_of_these, size, part, each)
         joint = {name: joint[name] for name in chains}
         if not (is_same and len(met) < len(kept.met)):
             self._kept = _Kept(key, (chains, sizes), met, joint)
@@ -230,17 +236,28 @@ def _n_parameters(chains):
     return next(known).shape[0]
 
 
-def _rows_to_bundles(chains, size, bundles, n_columns):
+def _rows_to_bundles(chains, size, bundles, n_columns, part=slice(None)):
     """Product of each chain for some bundles, in blocks of rows with the same gaps.
 
     Yields the name of each source, and its rows as a PointOperator; ``n_columns`` are
-    the numbers that stand in all bundles.
+    the numbers that stand in all bundles, ``part`` those of a bundle that are wanted.
     """
-    each = np.tile(np.eye(size), (len(bundles), 1, 1))
-    pointer = np.arange(len(bundles) + 1)
-    shape = len(bundles) * size, n_columns
+    one = np.eye(size)[part]
+    each, pointer = np.tile(one, (len(bundles), 1, 1)), np.arange(len(bundles) + 1)
+    shape = len(bundles) * len(one), n_columns
     unit = sparse.bsr_array((each, bundles, pointer), shape=shape)
     yield from rows_of_chains(chains, unit, full=1.0)
+
+
+def _of_part(rows, met, size, part, standard_errors):
+    """Covariances of pairs of bundles of which errors reach a part only."""
+    width = len(range(size)[part])
+    found = joint_covariance(rows, met, width, standard_errors)
+    if width == size:
+        return found
+    whole = np.zeros((len(met), size, size), dtype=found.dtype)
+    whole[:, part, part] = found
+    return whole
 
 
 def _between(chains, standard_errors, places):

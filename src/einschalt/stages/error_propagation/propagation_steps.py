@@ -5,7 +5,7 @@ orientation, and these on all points of the model; a value depends on its own
 measurements besides. What depends on parameters is computed once for all of it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from operator import add
 
@@ -43,6 +43,8 @@ class PropagationSteps:
     through: dict[str, PointOperator]  # from the sources to the parameters
     direct: dict[str, PointOperator]  # from the sources to the points
     size: int = 0  # of a bundle of parameters: one for all, whatever points are asked
+    # numbers of a bundle that a source reaches; all of them where it is left out
+    parts: dict[str, slice] = field(default_factory=dict)
 
     @classmethod
     def of(cls, chains, known=None):
@@ -54,12 +56,16 @@ class PropagationSteps:
         if not ways:
             return cls(None, {}, chains)
         ways, size = _joined(ways, KnownBundles() if known is None else known)
-        through, direct = {}, {}
+        through, direct, used = {}, {}, {}
         for name, chain in chains.items():
             for product in chain.products:
-                rest = next((r for way in ways if (r := way.rest_of(product))), None)
-                part, one = (direct, product) if rest is None else (through, rest)
-                part.setdefault(name, []).append(one)
+                way = next((way for way in ways if way.begins(product)), None)
+                if way is None:
+                    direct.setdefault(name, []).append(product)
+                else:
+                    through.setdefault(name, []).append(way.rest_of(product))
+                    used.setdefault(name, set()).add(way)
+        parts = {n: w.part for n, (w, *others) in used.items() if not others and w.part}
         through, direct = (
             {name: PointOperator.sum_of(found) for name, found in part.items()}
             for part in (through, direct)
@@ -75,7 +81,7 @@ class PropagationSteps:
                 del through[name]
         if not through:
             return cls(None, {}, chains)
-        return cls(last, through, direct, last.axes.size(size))
+        return cls(last, through, direct, last.axes.size(size), parts)
 
     @property
     def axes(self):
@@ -149,7 +155,8 @@ class PropagationSteps:
         """
         rows = BundledRows.of(self.last, self.size)
         met = rows.neighbours(pairs)
-        joint = known.covariances(met, self.size, self.through, standard_errors)
+        given = met, self.size, self.through, standard_errors
+        joint = known.covariances(*given, self.parts)
         return rows, met, joint
 
     def _beside(self, rows, standard_errors):
@@ -199,6 +206,7 @@ class _Way:
     axes: Axes
     n_products: int  # that begin so
     onto: PointOperator | None = None  # from its parameters to joined ones, if these
+    part: slice | None = None  # its numbers in a joined bundle
 
     @property
     def last(self):
@@ -214,12 +222,13 @@ class _Way:
         """
         return points_in_a_bundle(self.following.T, self.axes)
 
+    def begins(self, product):
+        """Whether a product begins with these steps."""
+        return beginning(product, len(self.steps)) == tuple(map(id, self.steps))
+
     def rest_of(self, product):
-        """What stands before the parameters in a product; None if it goes elsewhere."""
-        n_first = len(self.steps)
-        if beginning(product, n_first) != tuple(map(id, self.steps)):
-            return None
-        rest = PointOperator(product.factors[n_first:], self.axes)
+        """What stands before the parameters in a product that begins so."""
+        rest = PointOperator(product.factors[len(self.steps) :], self.axes)
         return rest if self.onto is None else self.onto @ rest
 
 
@@ -234,21 +243,23 @@ class KnownBundles:
         self._kept = None  # set as a whole, as in SharedCovariances
 
     def joined(self, ways):
-        """Bundles of several ways side by side.
+        """Ways with bundles side by side, and how many points stand in one.
 
-        Gives how many points stand in one, and the operator onto them of each way, None
-        where its parameters are those of other rows.
+        Without those whose parameters are those of other rows.
         """
         matrices = [(way.steps[-1], way.following) for way in ways]
         key, kept = [tuple(map(id, pair)) for pair in matrices], self._kept
         if kept is None or kept[0] != key:
             axes, n_each = ways[0].axes, [way.n_together for way in ways]
             kinds = [PointOperator(pair[:1], axes) for pair in matrices]
-            onto = joined_bundles(kinds, n_each)
-            parts = zip(n_each, onto, strict=True)
-            size = sum(n for n, one in parts if one is not None)
-            self._kept = kept = key, matrices, (size, onto)
-        return kept[2]
+            self._kept = kept = key, matrices, (n_each, joined_bundles(kinds, n_each))
+        found, n_points = [], 0
+        for way, n, onto in zip(ways, *kept[2], strict=True):
+            if onto is not None:
+                part = slice(*(way.axes.size(k) for k in (n_points, n_points + n)))
+                found.append(replace(way, onto=onto, part=part))
+                n_points += n
+        return found, n_points
 
 
 def _ways_through_parameters(chains):
@@ -274,10 +285,9 @@ def _joined(ways, known):
     Gives the ways, and how many points stand in a bundle of all their parameters.
     """
     if len(ways) > 1:
-        size, onto = known.joined(ways)
-        found = [replace(w, onto=o) for w, o in zip(ways, onto, strict=True) if o]
+        found, n_points = known.joined(ways)
         if len(found) > 1:
-            return found, size
+            return found, n_points
     return ways[:1], ways[0].n_together
 
 
