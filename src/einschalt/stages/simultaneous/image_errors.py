@@ -21,7 +21,6 @@ from einschalt.foundations.names import ranks
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.block_tests import (
     DrawnCovariance,
     judge_by_covariance,
@@ -41,7 +40,6 @@ N_DRAWS = 800
 N_NORM_DRAWS = 60
 LEAST_REDUNDANCY = 1e-6  # less is rounding
 MOST_CONTROL = 500  # heights whose covariance is drawn
-NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +215,6 @@ def _drawn(tables, part, factors, solution):
     observations = solution.observations
     draw = drawing(tables, part, factors, solution)
     n_axes = observations.control.shape[1]
-    n_numbers = n_axes * len(observations.model)
-    rng = np.random.default_rng(1971)
     of_points = np.zeros((observations.n_points, n_axes, n_axes))
     of_residuals = np.zeros((len(observations.model), n_axes, n_axes))
     of_control = np.zeros_like(of_points)
@@ -227,8 +223,7 @@ def _drawn(tables, part, factors, solution):
     n_control = np.count_nonzero(observations.is_control)
     has_scores = n_axes > 2 and n_control <= MOST_CONTROL
     of_heights = np.zeros((n_control, n_control)) if has_scores else None
-    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
-        control = observations.drawn_control(rng, n_draws)
+    for rng, n_draws, control in observations.control_in_parts(N_DRAWS):
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
         of_points += points @ np.swapaxes(points, 1, 2)
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
@@ -252,11 +247,8 @@ def variance_by_norm(tables, part, factors, block, norms):
     """
     solution = block.solution
     draw = drawing(tables, part, factors, solution, with_tails=True)
-    observations = solution.observations
-    n_numbers = observations.control.shape[1] * len(observations.model)
-    rng, sums = np.random.default_rng(1971), np.zeros(2)
-    for n_draws in draws_in_parts(N_NORM_DRAWS, n_numbers, NUMBERS_AT_ONCE):
-        control = observations.drawn_control(rng, n_draws)
+    sums = np.zeros(2)
+    for rng, n_draws, control in solution.observations.control_in_parts(N_NORM_DRAWS):
         errors = draw(rng, n_draws)
         sums += variances_by_norm(solution, errors, control, norms, ~block.is_out)
     return float(sums[1] / sums[0])

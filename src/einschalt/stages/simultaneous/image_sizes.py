@@ -18,13 +18,11 @@ import pandas as pd
 
 from einschalt.foundations.language import mark
 from einschalt.stages.simultaneous.image_errors import drawings_of_images
-from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.group_components import LEAST_REDUNDANCY
 
 IMAGE_POINTS = mark("image points")
 # sums over all points of a flight, known to two per cent with a redundancy of 25
 N_DRAWS = 200
-NUMBERS_AT_ONCE = 4_000_000
 MOST_STEPS = 200
 SETTLED = 1e-6
 LEAST_SQUARE = 1e-6  # of a factor
@@ -66,10 +64,7 @@ def _made_by_errors(tables, part, solution, sums):
     observations, n_flights = solution.observations, len(tables.flights)
     of_images = drawings_of_images(tables, part, np.ones(n_flights), solution)
     own, rest = np.zeros((n_flights, n_flights)), np.zeros(n_flights)
-    rng = np.random.default_rng(1971)
-    n_numbers = observations.control.shape[1] * len(observations.model)
-    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
-        control = observations.drawn_control(rng, n_draws)
+    for rng, n_draws, control in observations.control_in_parts(N_DRAWS):
         others = observations.drawn_errors(rng, n_draws, solution.linear)
         for k, rows, draw in of_images:
             others[rows] = 0.0

@@ -7,7 +7,6 @@ import numpy as np
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.simultaneous.image_errors import drawing, has_images
-from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.height_scale import HeightScale, examine_scales
 from einschalt.theory.block_adjustment.shared_bend import (
@@ -30,7 +29,6 @@ from einschalt.theory.relative_orientation.lens_distortion import (
 
 # variances of a few sums, known to 5 per cent
 N_DRAWS = 400
-NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,10 +145,7 @@ def made_by_errors(tables, weighed, solution, answer):
     draw = drawing(tables, weighed.part, weighed.image_factors, solution)
     weight = observations.control_weight
     sums, squares = np.zeros_like(answer.normals), 0.0
-    rng = np.random.default_rng(1971)
-    n_numbers = 3 * len(observations.model)
-    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
-        control = observations.drawn_control(rng, n_draws)
+    for rng, n_draws, control in observations.control_in_parts(N_DRAWS):
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
         of_draws = answer.sums(residuals)
         sums += of_draws @ of_draws.T

@@ -19,8 +19,6 @@ from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.observations import SharedControl
 
 N_DRAWS = 100
-# of doubles for errors that are drawn at once
-NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,7 @@ def _size(solution, groups, is_used):
     rng = np.random.default_rng(1971)
     drawn = []
     n_numbers = len(observations.model) * d
-    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
+    for n_draws in draws_in_parts(N_DRAWS, n_numbers):
         errors = observations.drawn_errors(rng, n_draws, solution.linear)
         own = observations.drawn_control(rng, n_draws, with_shifts=False)
         shifts = groups @ rng.standard_normal((groups.shape[1], d * n_draws))

@@ -12,6 +12,7 @@ from scipy.special import chdtrc, stdtr  # scipy.stats takes a second to import
 
 # draws that know the variance of a sum to a tenth
 ENOUGH_DRAWS = 50
+NUMBERS_AT_ONCE = 4_000_000
 
 
 def draw_errors(standard_errors, axes, *, n_draws, seed):
@@ -28,7 +29,7 @@ def draw_errors(standard_errors, axes, *, n_draws, seed):
     }
 
 
-def draws_in_parts(n_draws, n_numbers, most):
+def draws_in_parts(n_draws, n_numbers, most=NUMBERS_AT_ONCE):
     """Numbers of draws, part after part, that keep to ``most`` numbers at a time.
 
     ``n_numbers`` are drawn each time; a part has one draw at least.

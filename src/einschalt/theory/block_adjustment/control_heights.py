@@ -20,7 +20,6 @@ import numpy as np
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 
 HEIGHT = 2
-NUMBERS_AT_ONCE = 4_000_000
 # of the largest eigenvalue of a covariance of scores: what is smaller is rounding
 LEAST_RANK = 1e-8
 
@@ -83,7 +82,7 @@ def _followed(solution, control):
     known = solution.observations
     n_rows, n_axes = len(known.model), known.control.shape[1]
     followed, done = np.zeros((known.n_points, len(control))), 0
-    for n_columns in draws_in_parts(len(control), n_axes * n_rows, NUMBERS_AT_ONCE):
+    for n_columns in draws_in_parts(len(control), n_axes * n_rows):
         places = np.arange(done, done + n_columns)
         given = np.zeros((known.n_points, n_axes, n_columns))
         given[control[places], HEIGHT, np.arange(n_columns)] = 1.0

@@ -27,7 +27,6 @@ BEYOND_ERRORS = 3.0  # times that
 MEDIAN_OF_SQUARES = float(ndtri(0.75) ** 2)  # of errors of variance 1
 # of sums that errors of control heights make
 N_DRAWS = 400
-NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +136,7 @@ def _with_larger_errors(solution, answer, made, found, held):
         return made
     spread = np.sqrt(variance)[:, None]
     rng, more = np.random.default_rng(1971), np.zeros_like(made.sums)
-    for n_draws in draws_in_parts(N_DRAWS, given.xyz.size, NUMBERS_AT_ONCE):
+    for n_draws in draws_in_parts(N_DRAWS, given.xyz.size):
         errors = np.zeros((*given.control.shape, n_draws))
         random = rng.standard_normal((len(variance), n_draws))
         errors[is_known, HEIGHT] = spread * random

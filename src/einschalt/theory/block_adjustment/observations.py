@@ -7,6 +7,8 @@ from typing import ClassVar
 import numpy as np
 from scipy import sparse
 
+from einschalt.theory.adjustment.monte_carlo import draws_in_parts
+
 
 @dataclass(frozen=True, eq=False)
 class SharedControl:
@@ -156,6 +158,17 @@ class ObservedBlock:
         """Variances of the shifts of groups in what is given, (n_points, d, d) [m²]."""
         own = shared.variance[:, None] * self.is_given
         return own[:, :, None] * np.eye(self.control.shape[1])
+
+    def control_in_parts(self, n_draws):
+        """Draw errors of the given coordinates, part after part.
+
+        Gives the generator, with which further errors of the part are drawn, their
+        number, and those of :meth:`drawn_control`.
+        """
+        rng = np.random.default_rng(1971)
+        n_numbers = self.control.shape[1] * len(self.model)
+        for n_of_part in draws_in_parts(n_draws, n_numbers):
+            yield rng, n_of_part, self.drawn_control(rng, n_of_part)
 
     def drawn_errors(self, rng, n_draws, linear):
         """Draw errors of all measured points on the ground, (n_rows, d, n_draws) [m].

@@ -33,6 +33,7 @@ from einschalt.stages.error_propagation.given_points import (
 )
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.monte_carlo import (
+    NUMBERS_AT_ONCE,
     apply_chains,
     draw_errors,
     tail_of_mean,
@@ -49,7 +50,6 @@ from einschalt.theory.adjustment.spatial_correlation import (
 )
 
 MOST_DRAWS, FEWEST_DRAWS = 100, 12
-NUMBERS_AT_ONCE = 4_000_000
 # fewer points tell nothing of their neighbours
 FEWEST_POINTS = 10
 NO_RESIDUAL = 1e-9  # metres: of models without redundancy
