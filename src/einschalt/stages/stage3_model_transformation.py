@@ -277,13 +277,10 @@ class ModelTransformation(ModelResult):
                 remedy="Its row in failures says why",
                 model=model_id,
             )
-        named = zip("xyz", shift, strict=False)
-        shifts = [f"+{axis}off={float(value)!r}" for axis, value in named]
-        factors = [
-            f"+s{i + 1}{j + 1}={float(value)!r}"
-            for (i, j), value in np.ndenumerate(matrix)
-        ]
-        return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
+        # imported when it is asked for: a fit does not wait for pyproj
+        from einschalt.foundations.published_systems import affine_step  # noqa: PLC0415
+
+        return f"+proj=pipeline +step {affine_step(matrix, shift)}"
 
     def to_statsmodels(self, model_id: str, coverage: str | None = None) -> Any:
         """Results object of statsmodels for one model: diagnostics, tests, summary.

@@ -310,11 +310,9 @@ def set_scene(geometry, noise, seed, *, spacing=None) -> Scene:
     if not geometry.shares_control and geometry.measurement != "images":
         of_all = layouts["high_flight"]
         layouts["high_flight"] = leave_control_of_others(of_all, control)
-    cartesian = _cartesian(geometry, position, terrain)
-    ground = Ground(name_points(len(position)), position, terrain, cartesian)
-    is_check = _choose_check(geometry, layouts, is_control, streams["check"])
-    parts = (geometry, noise, streams, ground, layouts, is_control, is_check)
-    return Scene(seed, *parts)
+    given = layouts, position, is_control
+    how = {"geometry": geometry, "noise": noise, "seed": seed}
+    return scene_of_layouts(*given, **how, terrain=terrain)
 
 
 def _cartesian(geometry, position, terrain):

@@ -9,7 +9,6 @@ squares have the covariance σ² (AᵀA)⁻¹ with the variance σ² of whatever
 import numpy as np
 
 from einschalt.theory.adjustment.global_tests import ratio_p_value
-from einschalt.theory.adjustment.heavy_tails import find_heavy_tails
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -51,12 +50,13 @@ def errors_as_shown(image_pairs, principal_distance, m_g_um, outliers):
     from einschalt.theory.relative_orientation.tails_of_pairs import (  # noqa: PLC0415
         LEAST_FAR_OUT,
         find_tails_of_pairs,
+        tails_of_residuals,
     )
 
     used = orient_from_images(image_pairs, principal_distance, outliers="snoop")
     if outliers == "keep":
         ordinary = orient_from_images(image_pairs, principal_distance)
-        tails = _tails(ordinary.pairs.orientation)
+        tails = tails_of_residuals(ordinary.pairs.orientation)
         if tails is not None and tails.far_out > LEAST_FAR_OUT:
             used = ordinary
     over_given = _over_given(used, m_g_um)
@@ -65,14 +65,6 @@ def errors_as_shown(image_pairs, principal_distance, m_g_um, outliers):
     if over_given == 1.0 and not is_sure:
         return None
     return over_given, (0.0, 1.0) if tails is None else (tails.share, tails.factor)
-
-
-def _tails(orientation):
-    """Share of much worse points by the residuals of all pairs, None without many."""
-    length = np.sqrt((orientation.residuals**2).sum(axis=1))
-    is_free = orientation.redundancy_numbers > 0.0
-    number = orientation.redundancy_numbers[is_free]
-    return find_heavy_tails(length[is_free] / np.sqrt(number))
 
 
 def _over_given(oriented, m_g_um):

@@ -319,10 +319,7 @@ def _adjust_tables(tables, options, searches):
 
 
 def _adjust_part(tables, part, verdicts, options, searches):
-    part, begun = begun_part(tables, part, verdicts, options)
-    search = partial(weigh_part, tables, part, begun, options)
-    if options.outliers != "keep":
-        search = partial(searches.weighed, search_key(verdicts, options), search)
+    part, begun, search = begin_search(tables, part, verdicts, options, searches)
     tests, begun, weighed, cleaned = _cleaned(tables, part, begun, options, search)
     bends = find_shared_bends(tables, weighed, options)
     if bends.modelled is not None:
@@ -356,10 +353,18 @@ def _adjust_part(tables, part, verdicts, options, searches):
     )
 
 
-def search_key(verdicts, options):
-    """All that a search for gross errors depends on, beside the tables."""
-    models = verdicts.verdict.tobytes()
-    return models, options.common, options.significance, options.variance_components
+def begin_search(tables, part, verdicts, options, searches):
+    """Part and block to begin with, and ``search()`` that weighs it.
+
+    Without gross errors, unless these are kept: adjustments of the tables share that.
+    """
+    part, begun = begun_part(tables, part, verdicts, options)
+    search = partial(weigh_part, tables, part, begun, options)
+    if options.outliers != "keep":
+        models = verdicts.verdict.tobytes()
+        key = models, options.common, options.significance, options.variance_components
+        search = partial(searches.weighed, key, search)
+    return part, begun, search
 
 
 def _judged(tables, weighed, cleaned, verdicts, options):

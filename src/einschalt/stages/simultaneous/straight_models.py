@@ -6,7 +6,6 @@ its error is one of their sources.
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -15,10 +14,9 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.stages.simultaneous.adjustment import (
     GIVEN_UP,
     AdjustmentOptions,
-    search_key,
+    begin_search,
 )
 from einschalt.stages.simultaneous.determined_part import (
-    begun_part,
     determined_part,
     part_of,
 )
@@ -110,10 +108,7 @@ def bent_flights(tables, outliers, significance, searches) -> BentFlights | None
 
 
 def _estimated(tables, part, verdicts, options, searches):
-    part, begun = begun_part(tables, part, verdicts, options)
-    search = partial(weigh_part, tables, part, begun, options)
-    if options.outliers != "keep":
-        search = partial(searches.weighed, search_key(verdicts, options), search)
+    part, begun, search = begin_search(tables, part, verdicts, options, searches)
     weighed = search()
     bends = find_shared_bends(tables, weighed, options)
     scales = scale_table(tables, bends)

@@ -91,10 +91,20 @@ def _sizes(solution, flight, rows):
     is_own = np.array(deformation.flight) == flight
     moved = deformation.columns[rows][:, :, is_own] @ solution.common[is_own]
     position, _ = positions_in_model(observations.xy[rows], observations.model[rows])
-    design = np.column_stack([np.ones(len(rows)), position])
-    moved = moved - design @ np.linalg.lstsq(design, moved)[0]
+    moved = without_plane(moved, position)
     linear = solution.affinities[observations.model[rows]][:, :, 1:]
     squares = (np.einsum("nij,nj->ni", linear, moved) ** 2).sum(axis=1)
+    return rms_in_model(squares, position)
+
+
+def without_plane(moved, position):
+    """What no plane over the models takes up of displacements of their points."""
+    design = np.column_stack([np.ones(len(position)), position])
+    return moved - design @ np.linalg.lstsq(design, moved)[0]
+
+
+def rms_in_model(squares, position):
+    """Root mean square over all points, in the middle and at the edge of the models."""
     away = np.abs(position).max(axis=1)
     return tuple(
         float(np.sqrt(np.mean(squares[part]))) if part.any() else np.nan

@@ -33,7 +33,10 @@ from einschalt.theory.block_adjustment.common_border import (
     normals_of_common,
 )
 from einschalt.theory.block_adjustment.common_parameters import positions_in_model
-from einschalt.theory.block_adjustment.model_deformation import EDGE, MIDDLE
+from einschalt.theory.block_adjustment.model_deformation import (
+    rms_in_model,
+    without_plane,
+)
 
 # errors of measured heights, beyond which it is no bend of models that is found: where
 # a block hardly determines it, other errors seem to be one of many times their size
@@ -221,7 +224,8 @@ def _test(solution, terms, answer, made, flight, beside):
     heights = answer.on_ground[:, 2, border.used[own]] @ border.found[own]
     of_row = solution.observations.flight[solution.observations.model]
     rows = (of_row == flight) & np.isfinite(terms.position[:, 0])
-    sizes = _sizes(heights[rows], terms.position[rows])
+    position = terms.position[rows]
+    sizes = rms_in_model(without_plane(heights[rows], position) ** 2, position)
     error = np.median(solution.observations.standard_error[rows, 2])
     if not sizes[2] <= MOST_OF_ERROR * error:
         return nothing
@@ -267,14 +271,3 @@ def border_of(solution, answer, made, is_used):
         return None
     covariance = cofactors @ made.sums[square] @ cofactors
     return Border(used, found, covariance, rest, left / rest / made.unit_variance)
-
-
-def _sizes(heights, position):
-    """RMS of what no plane takes up over the points, in the middle, at the edge."""
-    plane = np.column_stack([np.ones(len(position)), position])
-    squares = (heights - plane @ np.linalg.lstsq(plane, heights)[0]) ** 2
-    away = np.abs(position).max(axis=1)
-    return tuple(
-        float(np.sqrt(np.mean(squares[part]))) if part.any() else np.nan
-        for part in (away >= 0.0, away < MIDDLE, away > EDGE)
-    )

@@ -24,6 +24,14 @@ from einschalt.theory.relative_orientation.robust_orientation import orient_robu
 LEAST_FAR_OUT = 0.01
 
 
+def tails_of_residuals(orientation) -> HeavyTails | None:
+    """Tell good image points from worse ones by the residuals of all pairs alone."""
+    length = np.sqrt((orientation.residuals**2).sum(axis=1))
+    is_free = orientation.redundancy_numbers > 0.0
+    number = orientation.redundancy_numbers[is_free]
+    return find_heavy_tails(length[is_free] / np.sqrt(number))
+
+
 def find_tails_of_pairs(pairs, ordinary) -> HeavyTails | None:
     """Tell good image points of all pairs from a share of worse ones.
 
@@ -39,10 +47,7 @@ def find_tails_of_pairs(pairs, ordinary) -> HeavyTails | None:
         [mm]; by the ordinary residuals alone where chance explains these. None for
         fewer than 50 conditions with redundancy.
     """
-    length = np.sqrt((ordinary.residuals**2).sum(axis=1))
-    is_free = ordinary.redundancy_numbers > 0.0
-    number = ordinary.redundancy_numbers[is_free]
-    first = find_heavy_tails(length[is_free] / np.sqrt(number))
+    first = tails_of_residuals(ordinary)
     if first is None or not first.p_value < FINDING_SIGNIFICANCE:
         return first
     robust = orient_robustly(pairs, "tukey").orientation
