@@ -15,7 +15,13 @@ from einschalt.foundations.projections import (
 )
 from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.interfaces.files.plain_xml import xml_bytes
-from einschalt.interfaces.programs.kml import GOOD_ENOUGH, ICON, NAMESPACE
+from einschalt.interfaces.programs.kml import (
+    GOOD_ENOUGH,
+    NAMESPACE,
+    add_folder,
+    add_mark,
+    add_style,
+)
 
 FILE = "flight_plan.kml"
 HIGH, LOW, CONTROL, BORDER = "ffb27200", "ff009ee6", "ff005ed5", "ffffffff"
@@ -46,29 +52,29 @@ def write_flight_plan_kml(plan, path):
         _style(document, flight, colour, "placemark_circle", 0.4)
     _style(document, "control", CONTROL, "triangle", 0.9)
     _style(document, "area", BORDER, "shaded_dot", 0.4)
-    border = _folder(document, "Area")
+    border = add_folder(document, "Area")
     for part in shapely.get_parts(area.shape):
-        _area(_mark(border, "Area", "area"), part, to_degrees)
-    lines = _folder(document, "Flight lines")
+        _area(add_mark(border, "Area", "area"), part, to_degrees)
+    lines = add_folder(document, "Flight lines")
     for row in flown.flight_lines.itertuples():
         ends = [row.start_easting, row.start_northing, row.altitude]
         ends = np.array([ends, [row.end_easting, row.end_northing, row.altitude]])
-        placemark = _mark(lines, row.line_id, row.flight)
+        placemark = add_mark(lines, row.line_id, row.flight)
         _shape(placemark, "LineString", to_degrees(ends))
     table = flown.photographs
     places = to_degrees(table[["easting", "northing", "altitude"]].to_numpy(float))
     for name in FLIGHTS:
-        of_flight = _folder(document, f"Photographs, {name.replace('_', ' ')}")
+        of_flight = add_folder(document, f"Photographs, {name.replace('_', ' ')}")
         for k in np.flatnonzero(table["flight"] == name):
-            placemark = _mark(of_flight, table["photo_id"].iat[k], name)
+            placemark = add_mark(of_flight, table["photo_id"].iat[k], name)
             _shape(placemark, "Point", places[k : k + 1])
-    control = _folder(document, "Control")
+    control = add_folder(document, "Control")
     places = to_degrees(
         flown.control[["easting", "northing", "height"]].to_numpy(float)
     )
     for name, place in zip(flown.control["point_id"], places, strict=True):
         # on the ground, whatever its height
-        _shape(_mark(control, name, "control"), "Point", place[None, :2])
+        _shape(add_mark(control, name, "control"), "Point", place[None, :2])
     write_bytes(path, xml_bytes(root))
 
 
@@ -92,19 +98,6 @@ def _way_to_wgs_84(xy, crs):
     demand = Demand(GOOD_ENOUGH, reason, is_fixed=True)
     _, operation, _ = reproject(xy, flat, target, demand)
     return operation
-
-
-def _folder(document, name):
-    folder = ET.SubElement(document, "Folder")
-    ET.SubElement(folder, "name").text = name
-    return folder
-
-
-def _mark(folder, name, style):
-    mark = ET.SubElement(folder, "Placemark")
-    ET.SubElement(mark, "name").text = str(name)
-    ET.SubElement(mark, "styleUrl").text = f"#{style}"
-    return mark
 
 
 def _shape(mark, kind, places):
@@ -137,12 +130,7 @@ def _area(mark, polygon, to_degrees):
 
 
 def _style(document, name, colour, icon, scale):
-    style = ET.SubElement(document, "Style", id=name)
-    shown = ET.SubElement(style, "IconStyle")
-    ET.SubElement(shown, "color").text = colour
-    ET.SubElement(shown, "scale").text = f"{scale}"
-    ET.SubElement(ET.SubElement(shown, "Icon"), "href").text = ICON.format(icon)
-    ET.SubElement(ET.SubElement(style, "LabelStyle"), "scale").text = "0.5"
+    style = add_style(document, name, colour, icon, (scale, 0.5))
     line = ET.SubElement(style, "LineStyle")
     ET.SubElement(line, "color").text = colour
     ET.SubElement(line, "width").text = "2"

@@ -94,10 +94,7 @@ def read_gama(file) -> Foreign:
     The full covariance is :func:`read_covariance`'s. Axes are turned to the east and
     north by what ``axes-xy`` says of them.
     """
-    root = read_xml(file.data, file.source, EXPECTED)
-    groups = _groups(root, file.source)
-    order, signs = _axes(root, file.source)
-    table = _table(groups, order, signs)
+    root, groups, (order, signs), table = _read(file)
     own = np.concatenate([one.own() for one in groups])[:, order][:, :, order]
     own = own * np.outer(signs, signs) + 0.0  # no zero with a sign
     columns = {
@@ -114,16 +111,20 @@ def read_gama(file) -> Foreign:
     return Foreign({"control_points": table.assign(**columns)}, None, tuple(notes))
 
 
+def _read(file):
+    """Root of the file, its groups, their axes, and the table of their points."""
+    root = read_xml(file.data, file.source, EXPECTED)
+    groups, axes = _groups(root, file.source), _axes(root, file.source)
+    return root, groups, axes, _table(groups, *axes)
+
+
 def read_covariance(file):
     """Points and their full covariance [m²], easting before northing.
 
     (table, (n_points · n_coordinates, n_points · n_coordinates)); nothing is known
     between the points of two groups.
     """
-    root = read_xml(file.data, file.source, EXPECTED)
-    groups = _groups(root, file.source)
-    order, signs = _axes(root, file.source)
-    table = _table(groups, order, signs)
+    _, groups, (order, signs), table = _read(file)
     dim = sum(one.xyz.size for one in groups)
     if dim > MOST_FULL:
         found = f"has {dim} coordinates, whose covariances are {dim * dim} numbers"

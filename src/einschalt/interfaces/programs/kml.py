@@ -44,33 +44,49 @@ def write_kml(handed, path):
     document = ET.SubElement(root, "Document")
     ET.SubElement(document, "name").text = handed.name or "einschalt"
     for role, (icon, colour) in STYLES.items():
-        _add_style(document, role, icon, colour)
+        size = 0.6 if role == "new" else 0.9
+        add_style(document, role, colour, icon, (size, 0.6))
     for role in STYLES:
         is_in = (handed.points["role"] == role).to_numpy()
         if is_in.any():
-            _add_folder(document, role, handed.points[is_in], degrees[is_in])
+            _add_points(document, role, handed.points[is_in], degrees[is_in])
     path.write_bytes(xml_bytes(root))
     return [f"brought to WGS 84 by {operation}; heights as data, not as altitudes"]
 
 
-def _add_style(document, role, icon, colour):
-    style = ET.SubElement(document, "Style", id=role)
+def add_style(document, name, colour, icon, sizes):
+    """Add the style of that name; ``sizes`` of icon and label. Gives its element."""
+    style = ET.SubElement(document, "Style", id=name)
     shown = ET.SubElement(style, "IconStyle")
     ET.SubElement(shown, "color").text = colour
-    ET.SubElement(shown, "scale").text = "0.6" if role == "new" else "0.9"
+    of_icon, of_label = map(str, sizes)
+    ET.SubElement(shown, "scale").text = of_icon
     ET.SubElement(ET.SubElement(shown, "Icon"), "href").text = ICON.format(icon)
-    ET.SubElement(ET.SubElement(style, "LabelStyle"), "scale").text = "0.6"
+    ET.SubElement(ET.SubElement(style, "LabelStyle"), "scale").text = of_label
+    return style
 
 
-def _add_folder(document, role, points, degrees):
+def add_folder(document, name):
+    """Add an empty folder; gives its element."""
     folder = ET.SubElement(document, "Folder")
-    ET.SubElement(folder, "name").text = f"{role} points"
+    ET.SubElement(folder, "name").text = name
+    return folder
+
+
+def add_mark(folder, name, style):
+    """Add a placemark without a place; gives its element."""
+    mark = ET.SubElement(folder, "Placemark")
+    ET.SubElement(mark, "name").text = str(name)
+    ET.SubElement(mark, "styleUrl").text = f"#{style}"
+    return mark
+
+
+def _add_points(document, role, points, degrees):
+    folder = add_folder(document, f"{role} points")
     columns = [name for name in SHOWN if name in points]
     rows = points[columns].to_numpy(dtype=object)
     for name, place, row in zip(points["point_id"], degrees, rows, strict=True):
-        mark = ET.SubElement(folder, "Placemark")
-        ET.SubElement(mark, "name").text = str(name)
-        ET.SubElement(mark, "styleUrl").text = f"#{role}"
+        mark = add_mark(folder, name, role)
         data = ET.SubElement(mark, "ExtendedData")
         for column, value in zip(columns, row, strict=True):
             if isinstance(value, float) and not np.isfinite(value):

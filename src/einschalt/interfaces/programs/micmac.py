@@ -88,10 +88,7 @@ def _control(root, source):
         error = _numbers(said, 3, source, f"point {name}") if said else [np.nan] * 3
         rows.append((name, *place, *error, 0.0, 0.0, 0.0))
     for group in each(root, "SetGCP"):
-        listed = next(each(group, "Measures"), None)
-        members = [] if listed is None else [o for o in listed if o.tag == "el"]
-        _require_announced(listed, members, source)
-        for one in members:
+        for one in _members(group, source):
             name = _named(text_of(one, "Name"), source)
             place = _numbers(text_of(one, "Pt"), 3, source, f"point {name}")
             said = next(filter(None, (text_of(one, tag) for tag in SIGMA)), "")
@@ -111,12 +108,17 @@ def _without_unknown(table, columns):
     return table.drop(columns=empty)
 
 
-def _require_announced(listed, members, source):
-    """Compare with the number that MMVII writes before a list."""
-    said = "" if listed is None else text_of(listed, "Nb")
+def _members(group, source):
+    """Members of a list, as many as MMVII announces before it."""
+    listed = next(each(group, "Measures"), None)
+    if listed is None:
+        return []
+    members = [one for one in listed if one.tag == "el"]
+    said = text_of(listed, "Nb")
     if said.isdigit() and int(said) != len(members):
         found = f"holds {len(members)} of {said} members of a list"
         raise damaged(source, found, EXPECTED)
+    return members
 
 
 def _measurements(root, source):
@@ -130,10 +132,7 @@ def _measurements(root, source):
     # an older and a newer name of the same list in MMVII
     for image in (*each(root, "SetMesPtOf1Im"), *each(root, "SetMesIm")):
         name = _named(text_of(image, "NameIm"), source)
-        listed = next(each(image, "Measures"), None)
-        members = [] if listed is None else [o for o in listed if o.tag == "el"]
-        _require_announced(listed, members, source)
-        for one in members:
+        for one in _members(image, source):
             point = text_of(one, "NamePt") or text_of(one, "Name")
             point = _named(point, source)
             xy = _numbers(text_of(one, "Pt"), 2, source, f"{point} in {name}")
