@@ -211,7 +211,8 @@ def _object(part):
     if others:
         yield f"Also {', '.join(f'`{place}`' for place in others)}.\n"
     yield "| name | unit | meaning |\n|---|---|---|"
-    for name, (unit, text) in part.names.items():
+    for name in part.names:
+        unit, text = part.meaning(name)
         yield f"| `{name}` | {plain(unit)} | {plain(text)} |"
     yield ""
 

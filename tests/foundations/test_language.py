@@ -21,6 +21,7 @@ from einschalt.foundations.language import (
     translated,
     written_in,
 )
+from einschalt.foundations.meanings_with_units import unit_and_meaning
 from einschalt.interfaces.cli.main import COMMANDS
 
 SOURCE = Path(language.__file__).parents[1]
@@ -45,8 +46,10 @@ def texts_of_sources():
             elif isinstance(node, ast.JoinedStr):
                 others.add(_with_numbered_places(node))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                # as it stands, and as explain and help write a docstring
-                others |= {node.value, " ".join(node.value.split())}
+                # as it stands, as explain and help write a docstring, and a meaning
+                # without its unit
+                in_a_line = " ".join(node.value.split())
+                others |= {node.value, in_a_line, unit_and_meaning(in_a_line)[1]}
                 others.add(inspect.cleandoc(node.value))
     for path in (*SOURCE.rglob("*.j2"), *SOURCE.rglob("*.js")):
         marked |= set(WRITTEN_OUT.findall(path.read_text(encoding="utf-8")))

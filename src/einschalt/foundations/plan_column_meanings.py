@@ -1,6 +1,7 @@
 """What the tables of plans and their columns mean; column_meanings has the others."""
 
 from einschalt.foundations.column_meanings import meaning_of
+from einschalt.foundations.meanings_with_units import unit_and_meaning
 
 PLAN_TABLES = {
     "plan": "precision before the flight, for every combination of what was asked",
@@ -15,81 +16,80 @@ PLAN_TABLES = {
     "effort": "what an area takes, and what it costs",
 }
 _CHOICES = {
-    "scale_number": ("", "scale number of the low flight, 8000 for 1:8000"),
-    "high_scale_number": ("", "scale number of the high flight"),
-    "spacing": ("m", "mean distance of neighbouring points"),
-    "m_0": ("m", "error of the approximate coordinates, TOTAL"),
-    "m_g_um": ("µm", "error of one pointing at a point in the image, TOTAL"),
-    "n_settings": ("", "pointings at each point in each of its models"),
-    "n_coverages": ("", "how often each flight covers the ground"),
-    "control_per_model": ("", "control points in each model of the high flight"),
+    "scale_number": "scale number of the low flight, 8000 for 1:8000",
+    "high_scale_number": "scale number of the high flight",
+    "spacing": "mean distance of neighbouring points [m]",
+    "m_0": "error of the approximate coordinates, TOTAL [m]",
+    "m_g_um": "error of one pointing at a point in the image, TOTAL [µm]",
+    "n_settings": "pointings at each point in each of its models",
+    "n_coverages": "how often each flight covers the ground",
+    "control_per_model": "control points in each model of the high flight",
 }
 _FLOWN = {
-    "flying_height": ("m", "height of the low flight above ground"),
-    "high_flying_height": ("m", "height of the high flight above ground"),
-    "gsd": ("m", "ground sampling distance: size of a pixel on the ground"),
-    "high_gsd": ("m", "ground sampling distance of the high flight"),
-    "n_points": ("", "points in a model of the low flight, a mean"),
+    "flying_height": "height of the low flight above ground [m]",
+    "high_flying_height": "height of the high flight above ground [m]",
+    "gsd": "ground sampling distance: size of a pixel on the ground [m]",
+    "high_gsd": "ground sampling distance of the high flight [m]",
+    "n_points": "points in a model of the low flight, a mean",
 }
 _PRECISION = {
-    "m_g_ground": ("m", "error of a measured point on the ground, TOTAL"),
-    "m_t_centre": ("m", "error from the transformation in the middle of a model"),
-    "m_t_edge": ("m", "error from the transformation at the edge of a model"),
-    "M_centre": ("m", "TOTAL in the middle of a model, by the formula of 1971"),
-    "M_edge": ("m", "TOTAL at the edge of a model, by the formula of 1971"),
-    "M_double": ("m", "TOTAL of the mean of two coverages, by the formula of 1971"),
-    "M_mean": ("m", "TOTAL of the mean of all coverages, by the formula of 1971"),
-    "expected_centre": ("m", "expected TOTAL of one model's value in its middle"),
-    "expected_edge": ("m", "expected TOTAL of one model's value at its edge"),
-    "expected_corner": ("m", "expected TOTAL of one model's value in its corners"),
-    "expected_mean": ("m", "expected TOTAL of the mean of all values of a point"),
+    "m_g_ground": "error of a measured point on the ground, TOTAL [m]",
+    "m_t_centre": "error from the transformation in the middle of a model [m]",
+    "m_t_edge": "error from the transformation at the edge of a model [m]",
+    "M_centre": "TOTAL in the middle of a model, by the formula of 1971 [m]",
+    "M_edge": "TOTAL at the edge of a model, by the formula of 1971 [m]",
+    "M_double": "TOTAL of the mean of two coverages, by the formula of 1971 [m]",
+    "M_mean": "TOTAL of the mean of all coverages, by the formula of 1971 [m]",
+    "expected_centre": "expected TOTAL of one model's value in its middle [m]",
+    "expected_edge": "expected TOTAL of one model's value at its edge [m]",
+    "expected_corner": "expected TOTAL of one model's value in its corners [m]",
+    "expected_mean": "expected TOTAL of the mean of all values of a point [m]",
 }
 _SEARCHED = {
-    "reached": ("m", "TOTAL at the place of the target, as it is judged (--by)"),
-    "reached_expected": ("m", "expected TOTAL at the place of the target"),
-    "reached_paper": ("m", "the same by the formula of 1971"),
-    "is_feasible": ("", "whether the target is reached by the closed estimate"),
-    "is_efficient": ("", "whether no other plan is cheaper and more precise"),
+    "reached": "TOTAL at the place of the target, as it is judged (--by) [m]",
+    "reached_expected": "expected TOTAL at the place of the target [m]",
+    "reached_paper": "the same by the formula of 1971 [m]",
+    "is_feasible": "whether the target is reached by the closed estimate",
+    "is_efficient": "whether no other plan is cheaper and more precise",
     "limited_by": (
-        "",
-        "largest part of the error: measuring, noise, transformation or control",
+        "largest part of the error: measuring, noise, transformation or control"
     ),
-    "images": ("1/km²", "images that are flown, of both flights, estimated"),
-    "models": ("1/km²", "models that are oriented, of both flights, estimated"),
-    "settings": ("1/km²", "pointings at points, of both flights, estimated"),
-    "control_points": ("1/km²", "control points that are surveyed, estimated"),
-    "cost": ("1/km²", "cost in the currency of the prices, estimated"),
+    "images": "images that are flown, of both flights, estimated [1/km²]",
+    "models": "models that are oriented, of both flights, estimated [1/km²]",
+    "settings": "pointings at points, of both flights, estimated [1/km²]",
+    "control_points": "control points that are surveyed, estimated [1/km²]",
+    "cost": "cost in the currency of the prices, estimated [1/km²]",
 }
 _OF_AREA = {
-    "line_id": ("", "name of the flight line"),
-    "photo_id": ("", "name of the photograph"),
-    "n_photographs": ("", "photographs of the line"),
-    "length": ("m", "length of the line"),
-    "azimuth": ("°", "direction of flight, from grid north, clockwise"),
-    "start_easting": ("m", "ground coordinate to the east where the line begins"),
-    "start_northing": ("m", "ground coordinate to the north where the line begins"),
-    "end_easting": ("m", "ground coordinate to the east where the line ends"),
-    "end_northing": ("m", "ground coordinate to the north where the line ends"),
-    "flying_height": ("m", "height above the mean ground below"),
-    "ground": ("m", "mean height of the ground below"),
-    "altitude": ("m", "height of the camera in the height system"),
-    "height_above_nadir": ("m", "height above what lies straight below the camera"),
-    "n_models": ("", "models of the high flight that hold the point"),
-    "standard_error_m": ("m", "error that is asked of it, TOTAL"),
-    "item": ("", "image, model, setting (a pointing at a point) or control_point"),
-    "amount": ("", "how many the area takes"),
-    "price": ("", "price of one"),
+    "line_id": "name of the flight line",
+    "photo_id": "name of the photograph",
+    "n_photographs": "photographs of the line",
+    "length": "length of the line [m]",
+    "azimuth": "direction of flight, from grid north, clockwise [°]",
+    "start_easting": "ground coordinate to the east where the line begins [m]",
+    "start_northing": "ground coordinate to the north where the line begins [m]",
+    "end_easting": "ground coordinate to the east where the line ends [m]",
+    "end_northing": "ground coordinate to the north where the line ends [m]",
+    "flying_height": "height above the mean ground below [m]",
+    "ground": "mean height of the ground below [m]",
+    "altitude": "height of the camera in the height system [m]",
+    "height_above_nadir": "height above what lies straight below the camera [m]",
+    "n_models": "models of the high flight that hold the point",
+    "standard_error_m": "error that is asked of it, TOTAL [m]",
+    "item": "image, model, setting (a pointing at a point) or control_point",
+    "amount": "how many the area takes",
+    "price": "price of one",
 }
 _OF_LAYOUT = {
-    "standard_error_total": ("m", "expected error by propagation, TOTAL"),
-    "standard_error_paper": ("m", "error by the formula of 1971, TOTAL"),
-    "n_models": ("", "models of the low flight that hold the point"),
-    "position_u": ("", "position along the strip in the model, −½ to ½"),
-    "position_v": ("", "position across the strip in the model, −½ to ½"),
+    "standard_error_total": "expected error by propagation, TOTAL [m]",
+    "standard_error_paper": "error by the formula of 1971, TOTAL [m]",
+    "n_models": "models of the low flight that hold the point",
+    "position_u": "position along the strip in the model, −½ to ½",
+    "position_v": "position across the strip in the model, −½ to ½",
 }
 _BREAK_EVEN = {
-    "settings": ("", "pointings at a point up to which measuring decides at the edge"),
-    "spacing_at_break_even": ("m", "spacing down to which denser points gain there"),
+    "settings": "pointings at a point up to which measuring decides at the edge",
+    "spacing_at_break_even": "spacing down to which denser points gain there [m]",
 }
 _AXES = ("scale_number", "spacing", "m_0", "m_g_um")
 _BY_FORMULA = ("m_g_ground", "m_t_centre", "m_t_edge", "M_centre", "M_edge", "M_double")
@@ -140,7 +140,7 @@ _MEANINGS = {
     **dict.fromkeys(("expected_points", "expected_values"), _OF_LAYOUT),
     **dict.fromkeys(("flight_lines", "photographs"), _FLOWN | _OF_AREA),
     "control": _OF_AREA,
-    "effort": _OF_AREA | {"cost": ("", "cost in the currency of the prices")},
+    "effort": _OF_AREA | {"cost": "cost in the currency of the prices"},
 }
 
 
@@ -150,4 +150,5 @@ def meaning_in_plan(column, table):
     >>> meaning_in_plan("gsd", "plans")
     ('m', 'ground sampling distance: size of a pixel on the ground')
     """
-    return _MEANINGS[table].get(column) or meaning_of(column, table)
+    found = _MEANINGS[table].get(column)
+    return unit_and_meaning(found) if found else meaning_of(column, table)

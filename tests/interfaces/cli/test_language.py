@@ -5,7 +5,7 @@ import inspect
 import pytest
 from typer.main import get_command
 
-from einschalt.foundations.column_meanings import MEANINGS
+from einschalt.foundations.column_meanings import MEANINGS, meaning_of
 from einschalt.foundations.language import catalogue, written_in
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_run import run_block
@@ -103,7 +103,7 @@ def test_no_finding_is_explained_in_english(code):
 
 @pytest.mark.parametrize("column", MEANINGS)
 def test_every_column_has_a_german_meaning(column):
-    _, meaning = MEANINGS[column]
+    _, meaning = meaning_of(column)
     assert meaning in catalogue("de")._catalog
 
 

@@ -8,16 +8,16 @@ import pyogrio
 import pytest
 
 from einschalt.foundations.language import catalogue
+from einschalt.foundations.meanings_with_units import unit_and_meaning
 from einschalt.foundations.plan_column_meanings import (
     PLAN_COLUMNS,
     PLAN_TABLES,
     meaning_in_plan,
 )
 from einschalt.foundations.plan_figure_meanings import (
-    LAYERS,
+    OF_AREA_LAYER,
+    OF_LAYERS,
     PLAN_JSON,
-    meaning_in_json,
-    meaning_in_package,
     meanings_of_name,
     names_of_figures,
 )
@@ -61,6 +61,36 @@ def test_units_are_no_terms(term, invoke):
     """Else all that is measured in metres would be explained at once."""
     shown = invoke("explain", term)
     assert "Flughöhe" not in shown.stdout
+
+
+LAYERS = {
+    "area": tuple(OF_AREA_LAYER),
+    **{name: PLAN_COLUMNS[name] for name in ("flight_lines", "photographs", "control")},
+}
+# the tables whose rows stand in a part of the JSON
+TABLES_OF = {
+    "figures": ("plans", "plan"),
+    "next_best": ("plans",),
+    "effort": ("effort",),
+    "combinations": ("plan",),
+}
+
+
+def meaning_in_json(name, part):
+    """Unit and meaning of a name in a part of the JSON of a plan; None of no name."""
+    if found := PLAN_JSON.get(part, {}).get(name):
+        return unit_and_meaning(found)
+    for table in TABLES_OF.get(part, ()):
+        if name in PLAN_COLUMNS[table]:
+            return meaning_in_plan(name, table)
+    # what stands nested in one answer, and flat in another
+    return PLAN_JSON["expected_on_layout"].get(name) if part == "figures" else None
+
+
+def meaning_in_package(name, layer):
+    """Unit and meaning of a column in a layer of the GeoPackage."""
+    own = OF_LAYERS | (OF_AREA_LAYER if layer == "area" else {})
+    return unit_and_meaning(own[name]) if name in own else meaning_in_plan(name, layer)
 
 
 def area_in(folder):
@@ -217,7 +247,7 @@ def test_their_meanings_are_german_too():
     figures = {
         found.text for name in names_of_figures() for found in meanings_of_name(name)
     }
-    of_next = {text for _, text in PLAN_JSON["next_best"].values()}
+    of_next = {unit_and_meaning(said)[1] for said in PLAN_JSON["next_best"].values()}
     assert figures | of_next <= set(german)
 
 

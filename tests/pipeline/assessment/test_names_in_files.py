@@ -24,7 +24,6 @@ from einschalt.foundations.result_files.meanings import (
     PROVENANCE,
     meanings_in_files,
     names_with_values,
-    part_at,
     path_of,
     words_of_files,
 )
@@ -68,6 +67,11 @@ RESULTS = (
     *("good", "faulty", "given_approximations", "unchecked", "simultaneous"),
     *("parallaxes", "spatial", "images", *SETTINGS),
 )
+
+
+def part_at(file, place):
+    """Names of the object at a place of a file; None if it has none of its own."""
+    return next((part for part in PARTS[file] if place in part.places), None)
 
 
 @pytest.fixture(scope="module", params=RESULTS)
@@ -336,7 +340,7 @@ def test_places_are_named_once():
 def all_texts():
     for parts in PARTS.values():
         for part in parts:
-            yield from (text for _, text in part.names.values())
+            yield from (part.meaning(name)[1] for name in part.names)
             for values in part.values.values():
                 yield from values.values()
 

@@ -6,27 +6,22 @@ EACH_FLIGHT = Part(
     places=("flights[]",),
     names={
         "name": FLIGHT,
-        "scale_number": ("", "denominator of the image scale, as given"),
-        "transformation": ("", "transformation of the models onto the ground"),
-        "n_models": ("", "number of models, as measured"),
-        "n_usable": ("", "number of models that were transformed and take part"),
-        "m_g_um": ("µm", "m_g as given, TOTAL, in the image"),
-        "m_g_ground": ("m", "m_g as given, TOTAL, on the ground"),
-        "m_0": ("m", "m_0 of all models together, TOTAL; null if it is not known"),
+        "scale_number": "denominator of the image scale, as given",
+        "transformation": "transformation of the models onto the ground",
+        "n_models": "number of models, as measured",
+        "n_usable": "number of models that were transformed and take part",
+        "m_g_um": "m_g as given, TOTAL, in the image [µm]",
+        "m_g_ground": "m_g as given, TOTAL, on the ground [m]",
+        "m_0": "m_0 of all models together, TOTAL; null if it is not known [m]",
         "orientation": (
-            "",
-            "relative orientations of the flight; null if nothing was oriented",
+            "relative orientations of the flight; null if nothing was oriented"
         ),
         "shown_m_g": (
-            "",
-            "m_g as the measurements of both flights show it; null if they do not",
+            "m_g as the measurements of both flights show it; null if they do not"
         ),
         "is_curved": (
-            "",
-            (
-                "whether models were corrected for the curvature of the Earth or "
-                "the scale of the map"
-            ),
+            "whether models were corrected for the curvature of the Earth or the scale "
+            "of the map"
         ),
     },
     values={
@@ -42,42 +37,26 @@ EACH_FLIGHT = Part(
 ORIENTATION = Part(
     places=("flights[].orientation",),
     names={
-        "n_models": ("", "number of models that were oriented"),
+        "n_models": "number of models that were oriented",
         "sigma_0": (
-            "m",
-            (
-                "standard error of one observation (image coordinate or "
-                "y-parallax), all models together, in the image; null without "
-                "redundancy"
-            ),
+            "standard error of one observation (image coordinate or y-parallax), all "
+            "models together, in the image; null without redundancy [m]"
         ),
         "is_from_images": (
-            "",
-            (
-                "whether the models were oriented from image coordinates; otherwise "
-                "from y-parallaxes"
-            ),
+            "whether the models were oriented from image coordinates; otherwise from "
+            "y-parallaxes"
         ),
         "image_points": (
-            "",
-            (
-                "m_g of the image points as given and as their residuals show it; "
-                "null without images or without redundancy"
-            ),
+            "m_g of the image points as given and as their residuals show it; null "
+            "without images or without redundancy"
         ),
         "m_g_intersection_um": (
-            "µm",
-            (
-                "part of m_g of a model point that comes from the intersection of "
-                "rays, RMS over the models; null if it is not known"
-            ),
+            "part of m_g of a model point that comes from the intersection of rays, "
+            "RMS over the models; null if it is not known [µm]"
         ),
         "m_g_orientation_um": (
-            "µm",
-            (
-                "part of m_g of a model point that comes from errors of the "
-                "orientation, RMS over the models; null if it is not known"
-            ),
+            "part of m_g of a model point that comes from errors of the orientation, "
+            "RMS over the models; null if it is not known [µm]"
         ),
     },
 )
@@ -85,26 +64,20 @@ ORIENTATION = Part(
 COMPONENT = Part(
     places=("flights[].shown_m_g", "flights[].orientation.image_points"),
     names={
-        "given": ("µm", "m_g as given, TOTAL"),
-        "estimated": ("µm", "m_g as the measurements show it, TOTAL"),
-        "standard_error": ("µm", "standard error of estimated"),
+        "given": "m_g as given, TOTAL [µm]",
+        "estimated": "m_g as the measurements show it, TOTAL [µm]",
+        "standard_error": "standard error of estimated [µm]",
     },
 )
 
 APPROXIMATIONS = Part(
     places=("approximations",),
     names={
-        "n_points": ("", "number of approximate points"),
-        "is_given": (
-            "",
-            "whether they were given; otherwise the high flight was computed",
-        ),
+        "n_points": "number of approximate points",
+        "is_given": "whether they were given; otherwise the high flight was computed",
         "total": (
-            "m",
-            (
-                "their TOTAL, as stated or from the differences of the coverages of "
-                "the high flight; null if it is not known"
-            ),
+            "their TOTAL, as stated or from the differences of the coverages of the "
+            "high flight; null if it is not known [m]"
         ),
     },
 )
@@ -113,37 +86,23 @@ REPEATED = Part(
     places=("repeated_settings[]",),
     names={
         "flight": FLIGHT,
-        "n_points": ("", "number of points that were set several times"),
-        "n_settings": ("", "number of their pointings together"),
-        "m_g_um": ("µm", "m_g of one pointing as given, TOTAL"),
+        "n_points": "number of points that were set several times",
+        "n_settings": "number of their pointings together",
+        "m_g_um": "m_g of one pointing as given, TOTAL [µm]",
         "m_g_settings_um": (
-            "µm",
-            "m_g of one pointing as the pointings of a point show it, TOTAL",
+            "m_g of one pointing as the pointings of a point show it, TOTAL [µm]"
         ),
-        "standard_error_um": ("µm", "standard error of m_g_settings_um"),
-        "is_larger": (
-            "",
-            "whether m_g_settings_um is significantly larger than m_g_um",
-        ),
-        "is_smaller": (
-            "",
-            "whether m_g_settings_um is significantly smaller than m_g_um",
-        ),
-        "settings_each": ("", "mean number of pointings at a point"),
+        "standard_error_um": "standard error of m_g_settings_um [µm]",
+        "is_larger": "whether m_g_settings_um is significantly larger than m_g_um",
+        "is_smaller": "whether m_g_settings_um is significantly smaller than m_g_um",
+        "settings_each": "mean number of pointings at a point",
         "mean_if_rest_is_model_um": (
-            "µm",
-            (
-                "m_g of the mean of a point's pointings, if the rest of the given "
-                "m_g comes from film, lens and model, TOTAL"
-            ),
+            "m_g of the mean of a point's pointings, if the rest of the given m_g "
+            "comes from film, lens and model, TOTAL [µm]"
         ),
-        "mean_as_taken_um": (
-            "µm",
-            "m_g of that mean as it was assumed, m_g / √k, TOTAL",
-        ),
+        "mean_as_taken_um": "m_g of that mean as it was assumed, m_g / √k, TOTAL [µm]",
         "m_g_that_makes_it_so_um": (
-            "µm",
-            "m_g to give so that the mean has mean_if_rest_is_model_um",
+            "m_g to give so that the mean has mean_if_rest_is_model_um [µm]"
         ),
     },
 )
@@ -152,34 +111,22 @@ ITERATIONS = Part(
     places=("iterations",),
     names={
         "moves": (
-            "",
-            (
-                "moves of the points, each pass as [pass, largest move in metres, "
-                "point, RMS in metres]"
-            ),
+            "moves of the points, each pass as [pass, largest move in metres, point, "
+            "RMS in metres]"
         ),
-        "is_converged": (
-            "",
-            "whether the passes ended because nothing moved any more",
-        ),
-        "least_move": ("m", "move below which the passes end"),
-        "most_passes": ("", "maximum number of passes, as set"),
-        "n_held": ("", "number of control points that were held"),
-        "n_models_held": ("", "number of models that contain a held control point"),
-        "n_models": ("", "number of usable models of the low flight"),
+        "is_converged": "whether the passes ended because nothing moved any more",
+        "least_move": "move below which the passes end [m]",
+        "most_passes": "maximum number of passes, as set",
+        "n_held": "number of control points that were held",
+        "n_models_held": "number of models that contain a held control point",
+        "n_models": "number of usable models of the low flight",
         "total_of_one_pass": (
-            "m",
-            (
-                "propagated TOTAL of the new points after the first pass, RMS; null "
-                "if errors were not propagated"
-            ),
+            "propagated TOTAL of the new points after the first pass, RMS; null if "
+            "errors were not propagated [m]"
         ),
         "total": (
-            "m",
-            (
-                "propagated TOTAL of the new points after the last pass, RMS; null "
-                "if errors were not propagated"
-            ),
+            "propagated TOTAL of the new points after the last pass, RMS; null if "
+            "errors were not propagated [m]"
         ),
     },
 )
@@ -187,18 +134,12 @@ ITERATIONS = Part(
 DISTRIBUTION = Part(
     places=("distribution",),
     names={
-        "way": ("", "setting residual_distribution"),
+        "way": "setting residual_distribution",
         "moves": (
-            "",
-            (
-                "moves of the points, each role as [role, number of points, RMS in "
-                "metres, largest in metres]"
-            ),
+            "moves of the points, each role as [role, number of points, RMS in metres, "
+            "largest in metres]"
         ),
-        "is_propagated": (
-            "",
-            "whether the moved points have propagated standard errors",
-        ),
+        "is_propagated": "whether the moved points have propagated standard errors",
     },
     values={
         "way": {

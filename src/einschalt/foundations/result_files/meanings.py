@@ -13,7 +13,6 @@ from einschalt.foundations.result_files import (
     precision,
     provenance,
 )
-from einschalt.foundations.result_files.part import Part
 
 ASSESSMENT, PROVENANCE = "assessment.json", "provenance.json"
 MODULES = (
@@ -53,15 +52,6 @@ class MeaningInFile:
         return f"{told} = {self.value}" if self.value else told
 
 
-def part_at(file, place) -> Part | None:
-    """Names of the object at a place of a file; None if it has none of its own.
-
-    >>> sorted(part_at("assessment.json", "claim.tests[]").names)[:2]
-    ['is_length', 'n_points']
-    """
-    return next((part for part in PARTS[file] if place in part.places), None)
-
-
 def meanings_in_files(name) -> Iterator[MeaningInFile]:
     """Give what a name means in each part of the files, or what a word there means.
 
@@ -74,7 +64,7 @@ def meanings_in_files(name) -> Iterator[MeaningInFile]:
         for part in parts:
             if name in part.names:
                 values = part.values.get(name, {})
-                yield MeaningInFile(file, part.places, *part.names[name], values)
+                yield MeaningInFile(file, part.places, *part.meaning(name), values)
             for key, values in part.values.items():
                 if name in values:
                     at = tuple(path_of(place, key) for place in part.places)

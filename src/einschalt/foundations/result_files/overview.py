@@ -5,111 +5,66 @@ from einschalt.foundations.result_files.part import Part
 FILE = Part(
     places=("",),
     names={
-        "block": ("", "the block by name, size and settings"),
-        "choice": ("", ('which method was kept, and why; null unless method = "auto"')),
-        "better": (
-            "",
-            "the other method, if it is known to be better; otherwise null",
-        ),
+        "block": "the block by name, size and settings",
+        "choice": 'which method was kept, and why; null unless method = "auto"',
+        "better": "the other method, if it is known to be better; otherwise null",
         "is_untried": (
-            "",
-            (
-                "whether a simultaneous adjustment may be better and was not "
-                "computed; always false in a simultaneous adjustment"
-            ),
+            "whether a simultaneous adjustment may be better and was not computed; "
+            "always false in a simultaneous adjustment"
         ),
         "causes": (
-            "",
-            (
-                "codes of the findings that explain others, the one that explains "
-                "most first"
-            ),
+            "codes of the findings that explain others, the one that explains most "
+            "first"
         ),
-        "findings": ("", "problems and notes, the most serious first"),
-        "credible": ("", "the figure of the new points to use, and why"),
+        "findings": "problems and notes, the most serious first",
+        "credible": "the figure of the new points to use, and why",
         "credible_heights": (
-            "",
-            "the figure of the heights to use; null if the points have no heights",
+            "the figure of the heights to use; null if the points have no heights"
         ),
         "claim_is_supported": (
-            "",
-            (
-                "whether nothing contradicts the stated precision and no finding is "
-                "grave; null if nothing tests it"
-            ),
+            "whether nothing contradicts the stated precision and no finding is grave; "
+            "null if nothing tests it"
         ),
-        "precision": ("", "all figures of the new points, by method"),
+        "precision": "all figures of the new points, by method",
         "spread": (
-            "",
-            (
-                "distribution of the standard errors if a few points dominate the "
-                "RMS; otherwise null"
-            ),
+            "distribution of the standard errors if a few points dominate the RMS; "
+            "otherwise null"
         ),
-        "claim": (
-            "",
-            "tests of the stated precision in plan against the measurements",
-        ),
+        "claim": "tests of the stated precision in plan against the measurements",
         "height_claim": (
-            "",
-            "tests of the stated precision of the heights against the measurements",
+            "tests of the stated precision of the heights against the measurements"
         ),
-        "known_points": (
-            "",
-            "densified minus given coordinates at control and check points",
-        ),
-        "flights": ("", "what each flight measured, and how well its models fit"),
-        "approximations": ("", "origin and precision of the approximate coordinates"),
+        "known_points": "densified minus given coordinates at control and check points",
+        "flights": "what each flight measured, and how well its models fit",
+        "approximations": "origin and precision of the approximate coordinates",
         "repeated_settings": (
-            "",
-            "m_g from repeated pointings, one object for each flight that has them",
+            "m_g from repeated pointings, one object for each flight that has them"
         ),
-        "patterns": ("", "affinity of film and strain of control"),
+        "patterns": "affinity of film and strain of control",
         "error_sources": (
-            "",
-            (
-                "contribution of each source to the error of the new points; null "
-                "if errors were not propagated"
-            ),
+            "contribution of each source to the error of the new points; null if "
+            "errors were not propagated"
         ),
         "neighbours": (
-            "",
-            (
-                "precision of coordinate differences between neighbouring points; "
-                "null if errors were not propagated"
-            ),
+            "precision of coordinate differences between neighbouring points; null if "
+            "errors were not propagated"
         ),
         "iterations": (
-            "",
-            (
-                "passes of the low flight onto its own coordinates; null if one "
-                "pass was asked for"
-            ),
+            "passes of the low flight onto its own coordinates; null if one pass was "
+            "asked for"
         ),
         "distribution": (
-            "",
-            (
-                "moves of the points by the distribution of residuals; null if "
-                "residuals were not distributed"
-            ),
+            "moves of the points by the distribution of residuals; null if residuals "
+            "were not distributed"
         ),
-        "tolerance": (
-            "",
-            "which points keep the tolerance; null without a tolerance",
-        ),
+        "tolerance": "which points keep the tolerance; null without a tolerance",
         "deformation": (
-            "",
-            (
-                "deformations of the models in a simultaneous adjustment; null if "
-                "nothing was tested"
-            ),
+            "deformations of the models in a simultaneous adjustment; null if nothing "
+            "was tested"
         ),
         "control_strain": (
-            "",
-            (
-                "control points that contradict the block, or a strain of their "
-                "network; null if none was found, or nothing was tested"
-            ),
+            "control points that contradict the block, or a strain of their network; "
+            "null if none was found, or nothing was tested"
         ),
     },
 )
@@ -117,13 +72,12 @@ FILE = Part(
 BLOCK = Part(
     places=("block",),
     names={
-        "name": ("", "name of the block"),
-        "crs": ("", "reference system of the block; null if none was given"),
-        "n_models": ("", "number of models of all flights, as measured"),
-        "n_failed_models": ("", "number of models that could not be computed"),
+        "name": "name of the block",
+        "crs": "reference system of the block; null if none was given",
+        "n_models": "number of models of all flights, as measured",
+        "n_failed_models": "number of models that could not be computed",
         "chosen_settings": (
-            "",
-            "settings that differ from the defaults, each as [name, value]",
+            "settings that differ from the defaults, each as [name, value]"
         ),
     },
 )
@@ -131,28 +85,20 @@ BLOCK = Part(
 CHOICE = Part(
     places=("choice", "better"),
     names={
-        "method": ("", "method that was kept (choice), or that is better (better)"),
-        "reason": ("", "why this method was selected"),
-        "two_step": (
-            "",
-            "the figure of the two steps; null if they are not possible",
-        ),
+        "method": "method that was kept (choice), or that is better (better)",
+        "reason": "why this method was selected",
+        "two_step": "the figure of the two steps; null if they are not possible",
         "simultaneous": (
-            "",
-            "the figure of the simultaneous adjustment; null if it is not possible",
+            "the figure of the simultaneous adjustment; null if it is not possible"
         ),
         "obstacle": (
-            "",
-            (
-                "why the other method is not possible, as an English sentence; "
-                "empty if it is"
-            ),
+            "why the other method is not possible, as an English sentence; empty if it "
+            "is"
         ),
         "n_two_step": (
-            "",
-            "new points of the two steps; null if only one method is possible",
+            "new points of the two steps; null if only one method is possible"
         ),
-        "n_simultaneous": ("", "new points of the simultaneous adjustment; likewise"),
+        "n_simultaneous": "new points of the simultaneous adjustment; likewise",
     },
     values={
         "method": {
@@ -206,48 +152,31 @@ CREDIBLE = Part(
     ),
     names={
         "value": (
-            "m",
-            "TOTAL of the new points, RMS: the figure to use; null if none is known",
+            "TOTAL of the new points, RMS: the figure to use; null if none is known [m]"
         ),
         "is_lower_bound": (
-            "",
-            "whether the points may be worse than value by an unknown amount",
+            "whether the points may be worse than value by an unknown amount"
         ),
-        "column": (
-            "",
-            "column of points that states the standard error of single points",
-        ),
+        "column": "column of points that states the standard error of single points",
         "factor": (
-            "",
-            "factor by which that column is enlarged for single points; at least 1",
+            "factor by which that column is enlarged for single points; at least 1"
         ),
-        "reason": ("", "why this is the figure to use"),
+        "reason": "why this is the figure to use",
         "doubt": (
-            "",
-            (
-                "why the coordinates of the whole block are doubtful; empty if they "
-                "are not"
-            ),
+            "why the coordinates of the whole block are doubtful; empty if they are not"
         ),
         "elsewhere": (
-            "m",
-            (
-                "value for the points that no displaced region has moved, and that "
-                "no model with a wrong approximate point holds; null without any of "
-                "these, or if nothing tells which part is displaced; beside a new "
-                "point under the name of left_aside the figure with that put right"
-            ),
+            "value for the points that no displaced region has moved, and that no "
+            "model with a wrong approximate point holds; null without any of these, or "
+            "if nothing tells which part is displaced; beside a new point under the "
+            "name of left_aside the figure with that put right [m]"
         ),
         "left_aside": (
-            "",
-            (
-                "names of the known points that the figure leaves aside, the worst "
-                "first: they took no part and are far off, as no other known point is"
-            ),
+            "names of the known points that the figure leaves aside, the worst first: "
+            "they took no part and are far off, as no other known point is"
         ),
         "left_aside_by": (
-            "m",
-            "how far the first of them is off, TOTAL; null without one",
+            "how far the first of them is off, TOTAL; null without one [m]"
         ),
     },
     values={
@@ -334,22 +263,15 @@ HEIGHTS = Part(
     places=("credible_heights",),
     names={
         "value": (
-            "m",
-            (
-                "standard error of the heights of the new points, RMS: the figure "
-                "to use; null if none is known"
-            ),
+            "standard error of the heights of the new points, RMS: the figure to use; "
+            "null if none is known [m]"
         ),
         "is_lower_bound": (
-            "",
-            "whether the heights may be worse than value by an unknown amount",
+            "whether the heights may be worse than value by an unknown amount"
         ),
         "factor": (
-            "",
-            (
-                "factor by which standard_error_height of single points is "
-                "enlarged; at least 1"
-            ),
+            "factor by which standard_error_height of single points is enlarged; at "
+            "least 1"
         ),
     },
 )
@@ -357,9 +279,9 @@ HEIGHTS = Part(
 SPREAD = Part(
     places=("spread",),
     names={
-        "rms": ("m", "TOTAL of the new points (standard_error_checked), RMS"),
-        "median": ("m", "the same, median"),
-        "most": ("m", "the same, 95 % quantile: 95 of 100 points are better"),
+        "rms": "TOTAL of the new points (standard_error_checked), RMS [m]",
+        "median": "the same, median [m]",
+        "most": "the same, 95 % quantile: 95 of 100 points are better [m]",
     },
 )
 

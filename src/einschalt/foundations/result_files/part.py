@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from einschalt.foundations.meanings_with_units import unit_and_meaning
+
 
 @dataclass(frozen=True)
 class Part:
@@ -13,11 +15,15 @@ class Part:
     """
 
     places: tuple[str, ...]
-    # by name: unit, empty where it has none, and meaning
-    names: dict[str, tuple[str, str]]
+    # by name: meaning, with its unit in brackets behind it if it has one
+    names: dict[str, str]
     # by name: meaning of each word, or whole number, that may stand there
     values: dict[str, dict[str, str]] = field(default_factory=dict)
 
+    def meaning(self, name) -> tuple[str, str]:
+        """Unit of a name, empty where it has none, and what it means."""
+        return unit_and_meaning(self.names[name])
+
 
 # wherever an object tells which flight it is about
-FLIGHT = ("", "name of the flight: high_flight or low_flight")
+FLIGHT = "name of the flight: high_flight or low_flight"

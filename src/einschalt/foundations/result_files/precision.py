@@ -5,111 +5,65 @@ from einschalt.foundations.result_files.part import Part
 PRECISION = Part(
     places=("precision",),
     names={
-        "single": ("", "figures of one value of a point; two steps only"),
-        "mean": ("", "figures of the mean of all values of a point; two steps only"),
-        "n_new": ("", "number of new points"),
-        "n_coverages": ("", "number of coverages of the low flight"),
+        "single": "figures of one value of a point; two steps only",
+        "mean": "figures of the mean of all values of a point; two steps only",
+        "n_new": "number of new points",
+        "n_coverages": "number of coverages of the low flight",
         "coverage_mean": (
-            "",
-            (
-                "setting coverage_mean: which values form the mean of a point; two "
-                "steps only"
-            ),
+            "setting coverage_mean: which values form the mean of a point; two steps "
+            "only"
         ),
-        "carried": (
-            "",
-            "which errors were propagated; null if none were; two steps only",
-        ),
+        "carried": "which errors were propagated; null if none were; two steps only",
         "shared": (
-            "",
-            (
-                "error common to several points that Kovarik's M does not include; "
-                "two steps only"
-            ),
+            "error common to several points that Kovarik's M does not include; two "
+            "steps only"
         ),
-        "heights": (
-            "",
-            "precision of the heights; null if the points have no heights",
-        ),
+        "heights": "precision of the heights; null if the points have no heights",
         "total": (
-            "m",
-            (
-                "propagated TOTAL of the new points, RMS; null if unstated says "
-                "why; simultaneous only"
-            ),
+            "propagated TOTAL of the new points, RMS; null if unstated says why; "
+            "simultaneous only [m]"
         ),
         "two_steps": (
-            "",
-            (
-                "figures of the mean in the two steps; null if they are not "
-                "possible; simultaneous only"
-            ),
+            "figures of the mean in the two steps; null if they are not possible; "
+            "simultaneous only"
         ),
         "impossible": (
-            "",
-            (
-                "why the two steps are not possible, as an English sentence; empty "
-                "if they are; simultaneous only"
-            ),
+            "why the two steps are not possible, as an English sentence; empty if they "
+            "are; simultaneous only"
         ),
         "two_steps_keep_set_aside": (
-            "",
-            (
-                "whether the two steps hold control points that the adjustment set "
-                "aside; simultaneous only"
-            ),
+            "whether the two steps hold control points that the adjustment set aside; "
+            "simultaneous only"
         ),
         "comparison": (
-            "",
-            (
-                "differences between the coordinates by both methods; null if no "
-                "point has both; simultaneous only"
-            ),
+            "differences between the coordinates by both methods; null if no point has "
+            "both; simultaneous only"
         ),
-        "has_high_flight": (
-            "",
-            "whether the block has a high flight; simultaneous only",
-        ),
+        "has_high_flight": "whether the block has a high flight; simultaneous only",
         "s_0": (
-            "",
-            (
-                "standard error of unit weight; 1 if the errors are as large as "
-                "given; simultaneous only"
-            ),
+            "standard error of unit weight; 1 if the errors are as large as given; "
+            "simultaneous only"
         ),
-        "redundancy": ("", "redundancy of the adjustment; simultaneous only"),
+        "redundancy": "redundancy of the adjustment; simultaneous only",
         "is_oriented": (
-            "",
-            "whether errors of relative orientations are included; simultaneous only",
+            "whether errors of relative orientations are included; simultaneous only"
         ),
         "estimated": (
-            "",
-            (
-                "groups of measurements whose errors were estimated, each as "
-                "[group, standard error of a coordinate in metres]; null if all "
-                "were taken as given; simultaneous only"
-            ),
+            "groups of measurements whose errors were estimated, each as [group, "
+            "standard error of a coordinate in metres]; null if all were taken as "
+            "given; simultaneous only"
         ),
         "height_errors": (
-            "",
-            (
-                "error of measured heights as the residuals show it, each as "
-                "[flight, standard error in metres]; simultaneous only"
-            ),
+            "error of measured heights as the residuals show it, each as [flight, "
+            "standard error in metres]; simultaneous only"
         ),
         "n_centres": (
-            "",
-            (
-                "number of photographs whose projection centres tie the models; "
-                "simultaneous only"
-            ),
+            "number of photographs whose projection centres tie the models; "
+            "simultaneous only"
         ),
         "unstated": (
-            "",
-            (
-                "why no standard errors are given, in English; empty if they are; "
-                "simultaneous only"
-            ),
+            "why no standard errors are given, in English; empty if they are; "
+            "simultaneous only"
         ),
     },
     values={
@@ -162,19 +116,13 @@ PRECISION_FIGURES = Part(
     places=("precision.single", "precision.mean", "precision.two_steps"),
     names={
         "total": (
-            "m",
-            (
-                "propagated TOTAL, RMS; null if errors were not propagated, and "
-                "always in precision.single"
-            ),
+            "propagated TOTAL, RMS; null if errors were not propagated, and always in "
+            "precision.single [m]"
         ),
-        "paper": ("m", "TOTAL by Kovarik's M, RMS; null if it is not known"),
+        "paper": "TOTAL by Kovarik's M, RMS; null if it is not known [m]",
         "internal": (
-            "m",
-            (
-                "TOTAL from the differences of the coverages, RMS; null without "
-                "such differences"
-            ),
+            "TOTAL from the differences of the coverages, RMS; null without such "
+            "differences [m]"
         ),
     },
 )
@@ -183,19 +131,12 @@ PRECISION_HEIGHTS = Part(
     places=("precision.heights",),
     names={
         "total": (
-            "m",
-            (
-                "standard error of the heights of the new points, RMS; null if it "
-                "is not known"
-            ),
+            "standard error of the heights of the new points, RMS; null if it is not "
+            "known [m]"
         ),
         "is_from_images": (
-            "",
-            (
-                "whether all flights are measured in images; otherwise the errors "
-                "of measured heights are estimated from the differences of the "
-                "models"
-            ),
+            "whether all flights are measured in images; otherwise the errors of "
+            "measured heights are estimated from the differences of the models"
         ),
     },
 )
@@ -203,30 +144,27 @@ PRECISION_HEIGHTS = Part(
 COMPARISON = Part(
     places=("precision.comparison",),
     names={
-        "rms": ("m", "coordinates of both methods, differences in plan, RMS"),
-        "largest": ("m", "largest of these differences"),
-        "worst": ("", "point with the largest difference"),
+        "rms": "coordinates of both methods, differences in plan, RMS [m]",
+        "largest": "largest of these differences [m]",
+        "worst": "point with the largest difference",
     },
 )
 
 ERROR_SOURCES = Part(
     places=("error_sources",),
     names={
-        "sources": ("", "one object for each source, the largest first"),
-        "total": ("m", "TOTAL of the new points from all sources together, RMS"),
-        "total_with_half_the_largest": (
-            "m",
-            "the same if the largest source were halved",
-        ),
+        "sources": "one object for each source, the largest first",
+        "total": "TOTAL of the new points from all sources together, RMS [m]",
+        "total_with_half_the_largest": "the same if the largest source were halved [m]",
     },
 )
 
 SOURCE = Part(
     places=("error_sources.sources[]",),
     names={
-        "source": ("", "source of error"),
-        "total": ("m", "TOTAL of the new points from this source alone, RMS"),
-        "share": ("", "share of the variance, from 0 to 1"),
+        "source": "source of error",
+        "total": "TOTAL of the new points from this source alone, RMS [m]",
+        "share": "share of the variance, from 0 to 1",
     },
     values={
         "source": {
@@ -247,13 +185,10 @@ SOURCE = Part(
 NEIGHBOURS = Part(
     places=("neighbours",),
     names={
-        "n_pairs": ("", "number of pairs of neighbouring points"),
-        "median_distance": ("m", "median distance of the pairs"),
-        "total": (
-            "m",
-            "propagated TOTAL of the coordinate difference of a pair, RMS",
-        ),
-        "total_if_independent": ("m", "the same if the points shared no error"),
+        "n_pairs": "number of pairs of neighbouring points",
+        "median_distance": "median distance of the pairs [m]",
+        "total": "propagated TOTAL of the coordinate difference of a pair, RMS [m]",
+        "total_if_independent": "the same if the points shared no error [m]",
     },
 )
 
