@@ -13,8 +13,8 @@ from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.kernels import compiled
 
 
-def holm(p_values, start):
-    """Adjust probabilities so that a family errs at all with probability α only.
+def is_rejected_by_holm(p_values, start, significance):
+    """Which tests are rejected, so that a family errs at all with a probability only.
 
     Parameters
     ----------
@@ -22,32 +22,27 @@ def holm(p_values, start):
         Sorted by family; NaN where nothing was tested.
     start : ndarray of int, shape (n_families + 1,)
         Family k owns rows ``start[k]:start[k + 1]``.
+    significance : float
+        That probability.
 
     Returns
     -------
-    ndarray, shape (n,)
-        Reject what is at most α.
+    ndarray of bool, shape (n,)
 
     Examples
     --------
-    >>> holm(np.array([0.01, 0.04, 0.03]), np.array([0, 3])).round(3).tolist()
-    [0.03, 0.06, 0.06]
+    >>> p_values = np.array([0.01, 0.04, 0.03])
+    >>> is_rejected_by_holm(p_values, np.array([0, 3]), 0.05).tolist()
+    [True, False, False]
     """
-    tests = _Ranked(p_values, start, count_tested(p_values, start))
-    raw = np.minimum((tests.n_tests - tests.rank) * tests.p_values, 1.0)
-    _run_maximum(raw, tests.start)
-    return tests.in_old_order(raw)
-
-
-def is_rejected_by_holm(p_values, start, significance):
-    """Whether :func:`holm` rejects; sorts only what could be rejected."""
     p_values = np.asarray(p_values, dtype=float)
-    # these are the smallest of their families: their ranks are the same among all
+    # only what could be rejected is sorted: these are the smallest of their families,
+    # and their ranks are the same among all
     candidates = np.where(p_values <= significance, p_values, np.nan)
     tests = _Ranked(candidates, start, count_tested(p_values, start))
-    raw = (tests.n_tests - tests.rank) * tests.p_values
-    _run_maximum(raw, tests.start)
-    return tests.in_old_order(raw) <= significance
+    adjusted = (tests.n_tests - tests.rank) * tests.p_values
+    _run_maximum(adjusted, tests.start)
+    return tests.in_old_order(adjusted) <= significance
 
 
 def bonferroni(p_values, n_tests=None):

@@ -71,13 +71,13 @@ def displacement(family, position):
         stretch = np.stack([x, -y], -1) / 2.0
         shear = np.stack([y, x], -1) / 2.0
         return np.stack([stretch, shear], -1)
-    powers = _powers(family, position)
+    powers = powers_of(family, position)
     nil = np.zeros_like(powers)
     along, across = np.stack([powers, nil], 1), np.stack([nil, powers], 1)
     return np.concatenate([along, across], -1)
 
 
-def _powers(family, position):
+def powers_of(family, position):
     """Products of x and y of the degree of a family of polynomials, (n, degree + 1)."""
     x, y = position.T
     degree = DEGREE[family]
@@ -107,7 +107,7 @@ def polynomials_on_ground(xy, model, ground, size):
         turned as they lie.
     """
     position, _ = positions_in_model(xy, model)
-    powers = np.column_stack([_powers(family, position) for family in DEGREE])
+    powers = np.column_stack([powers_of(family, position) for family in DEGREE])
     turn = _turn_of_models(position, model, ground)
     return (size / np.median(np.abs(turn)) * turn)[model, None] * powers
 

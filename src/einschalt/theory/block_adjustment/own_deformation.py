@@ -18,9 +18,9 @@ import numpy as np
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     CUBIC,
-    DEGREE,
     QUADRATIC,
     positions_in_model,
+    powers_of,
 )
 
 PLAN, HEIGHT = "plan", "height"
@@ -118,11 +118,9 @@ class OwnDeformation:
 
 def bending_terms(family, position):
     """Displacement by each term with the coefficient 1, (n, n_terms), complex."""
-    x, y = position.T
     if family == AFFINITY:
-        return (x - 1j * y)[:, None]
-    degree = DEGREE[family]
-    return np.stack([x ** (degree - k) * y**k for k in range(degree + 1)], -1) + 0j
+        return position[:, :1] - 1j * position[:, 1:]
+    return powers_of(family, position) + 0j
 
 
 def bent_columns(observations, own):

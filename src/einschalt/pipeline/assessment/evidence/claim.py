@@ -10,6 +10,7 @@ See docs/theory/claim.md.
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
@@ -39,7 +40,7 @@ from einschalt.theory.adjustment.monte_carlo import (
     tail_of_mean,
     tail_of_squares,
 )
-from einschalt.theory.adjustment.multiple_testing import holm
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.point_operator import selection
 from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE
 from einschalt.theory.adjustment.spatial_correlation import (
@@ -94,15 +95,7 @@ class Claim:
     @cached_property
     def rejected(self) -> tuple[ClaimTest, ...]:
         """Tests that the block does not pass, by Holm over all of them."""
-        p_values = np.array([test.p_value for test in self.tests])
-        if not np.isfinite(p_values).any():
-            return ()
-        adjusted = holm(p_values, np.array([0, len(p_values)]))
-        return tuple(
-            test
-            for test, p_value in zip(self.tests, adjusted, strict=True)
-            if p_value <= CLAIM_SIGNIFICANCE
-        )
+        return _beyond_chance(self.tests, [test.p_value for test in self.tests])
 
     @cached_property
     def too_small(self) -> tuple[ClaimTest, ...]:
@@ -111,15 +104,7 @@ class Claim:
         The claim does not fall by it; what was measured may not be independent.
         """
         lengths = [test for test in self.tests if test.name in OF_INDEPENDENCE]
-        p_values = np.array([1.0 - test.p_value for test in lengths])
-        if not np.isfinite(p_values).any():
-            return ()
-        adjusted = holm(p_values, np.array([0, len(p_values)]))
-        return tuple(
-            test
-            for test, p_value in zip(lengths, adjusted, strict=True)
-            if p_value <= CLAIM_SIGNIFICANCE
-        )
+        return _beyond_chance(lengths, [1.0 - test.p_value for test in lengths])
 
     @property
     def is_supported(self) -> bool:
@@ -141,6 +126,15 @@ class Claim:
     def of(self, name: str) -> ClaimTest | None:
         """The test of that name, or None."""
         return next((test for test in self.tests if test.name == name), None)
+
+
+def _beyond_chance(tests, p_values):
+    """Those of some tests that chance does not explain, by Holm over all of them."""
+    if not np.isfinite(p_values).any():
+        return ()
+    family = np.array([0, len(tests)])
+    is_rejected = is_rejected_by_holm(p_values, family, CLAIM_SIGNIFICANCE)
+    return tuple(compress(tests, is_rejected))
 
 
 @dataclass(frozen=True, eq=False)
