@@ -22,62 +22,26 @@ class ExpectedPlots:
         self._expected = expected
 
     def map(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the standard errors to expect over the area, and its control.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
+        """Draw the standard errors to expect over the area, and its control."""
         return _drawing().expected_map(ax, self._expected)
 
     def profile(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the precision from the middle of a model to its edge.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
+        """Draw the precision from the middle of a model to its edge."""
         return _drawing().profile(ax, self._expected)
 
     def sources(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw what control and both flights contribute to the new points.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
+        """Draw what control and both flights contribute to the new points."""
         return _drawing().expected_sources(ax, self._expected)
 
 
 class SearchPlots:
-    """Figures of the plans that were searched, each on axes of matplotlib."""
+    """Figures of the plans that were searched, on axes as of :class:`ExpectedPlots`."""
 
     def __init__(self, search: "PlanSearch") -> None:
         self._search = search
 
     def costs(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw cost against precision, and the plans that no other plan beats.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
+        """Draw cost against precision, and the plans that no other plan beats."""
         return _drawing().costs(ax, self._search)
 
 

@@ -63,10 +63,6 @@ class ResultPlots:
             Of ``points``: the standard error that the colours show, such as
             ``standard_error_height``. The one that is claimed where left out.
 
-        Returns
-        -------
-        Axes
-
         Raises
         ------
         SettingsError
@@ -87,10 +83,6 @@ class ResultPlots:
         column : str, optional
             As of :meth:`map`.
 
-        Returns
-        -------
-        Axes
-
         Raises
         ------
         SettingsError
@@ -103,162 +95,64 @@ class ResultPlots:
     def residuals(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the histogram of the residuals, in standard deviations of their flight.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            Fewer than 20 residuals have redundancy.
+        A TableError if fewer than 20 residuals have redundancy.
         """
         return _diagrams().residuals(ax, self._result)
 
     def quantiles(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the normal Q–Q plot of the residuals.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            Fewer than 20 residuals have redundancy.
+        A TableError if fewer than 20 residuals have redundancy.
         """
         return _diagrams().quantiles(ax, self._result)
 
     def coverage_differences(self, ax: "Axes | None" = None) -> "Axes":
         """Draw how far the first two coverages lie apart at every point, as a map.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            There are no two coverages.
+        A TableError if there are no two coverages.
         """
         return _maps().difference_map(ax, self._result)
 
     def m_0_per_model(self, ax: "Axes | None" = None) -> "Axes":
         """Draw m_0 of every model, a colour for each flight.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            No model has redundancy.
+        A TableError if no model has redundancy.
         """
         return _diagrams().m_0_per_model(ax, self._result)
 
     def sources(self, ax: "Axes | None" = None) -> "Axes":
         """Draw where the error of the new points comes from, good points to bad.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            Errors were not propagated.
+        A TableError if errors were not propagated.
         """
         return _diagrams().sources(ax, self._result)
 
     def correlogram(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the correlation of residuals by distance, and what the claim expects.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            The result has none: it is that of one adjustment, or has few residuals.
+        A TableError if the result has none: it is that of one adjustment, or has few
+        residuals.
         """
         return _diagrams().correlogram(ax, self._result)
 
     def neighbours(self, ax: "Axes | None" = None) -> "Axes":
         """Draw how precise coordinate differences between neighbours are.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            Errors were not propagated.
+        A TableError if errors were not propagated.
         """
         return _diagrams().neighbours(ax, self._result)
 
     def paper(self, ax: "Axes | None" = None) -> "Axes":
         """Draw standard errors after Kovarik's budget beside those that are claimed.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            Only one of the two is known.
+        A TableError if only one of the two is known.
         """
         return _diagrams().paper(ax, self._result)
 
     def parallaxes(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the histogram of the parallaxes that relative orientations leave.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        TableError
-            No flight was oriented by its points.
+        A TableError if no flight was oriented by its points.
         """
         return _diagrams().parallaxes(ax, self._result)
 
