@@ -11,6 +11,10 @@ from einschalt.foundations.names import is_among
 COLUMN = ["0012", "7/8", "12", "7/8", "Ö"]
 
 
+def may_repeat(columns):
+    return key_columns.SeenNames(dict(enumerate(columns))).may_repeat
+
+
 @pytest.mark.parametrize(
     "kind", [list, np.array, pd.Series, pd.Index, lambda x: pd.Series(x, dtype=object)]
 )
@@ -60,8 +64,8 @@ def test_long_columns_say_the_same_byte_by_byte(monkeypatch, kind, n_chunks):
 
     ids = column(["x", "0012", "7/8", "12", "7/", "Öl"])
     models = column(["x", "8", "1", "8", "81", "8"])
-    assert not key_columns.may_repeat([ids, models])  # 7/8|1 is not 7/|81
-    assert key_columns.may_repeat([column(["x", "a", "b", "a"]), column(list("xyzy"))])
+    assert not may_repeat([ids, models])  # 7/8|1 is not 7/|81
+    assert may_repeat([column(["x", "a", "b", "a"]), column(list("xyzy"))])
     # and short ones by a pattern
     for least in (1, 50_000):
         monkeypatch.setattr(key_columns, "MANY", least)
@@ -80,16 +84,16 @@ def test_bytes_of_every_name_count_wherever_they_lie(monkeypatch, n_cores):
     names += [
         name[:k] + "b" + name[k + 1 :] for name in names for k in range(len(name))
     ]
-    assert not key_columns.may_repeat([names])
+    assert not may_repeat([names])
     for place, name in enumerate(names):
         others = names[:place] + names[place + 1 :]
-        assert not key_columns.may_repeat([[name, *others]])
-        assert key_columns.may_repeat([[*names, name]])
+        assert not may_repeat([[name, *others]])
+        assert may_repeat([[*names, name]])
 
 
 def test_a_repeated_row_is_found_among_many(monkeypatch):
     monkeypatch.setattr(key_columns, "MANY", 1)
     names = np.arange(200_000).astype(str)
-    assert not key_columns.may_repeat([pd.Series(names, dtype="str")])
+    assert not may_repeat([pd.Series(names, dtype="str")])
     names[7] = names[150_000]
-    assert key_columns.may_repeat([pd.Series(names, dtype="str")])
+    assert may_repeat([pd.Series(names, dtype="str")])

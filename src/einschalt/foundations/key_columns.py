@@ -57,14 +57,6 @@ def row_codes(columns):
     return codes
 
 
-def may_repeat(columns):
-    """Whether two rows could have the same names in all columns of text.
-
-    False is certain; True is said of short columns without looking.
-    """
-    return SeenNames(dict(enumerate(columns))).may_repeat
-
-
 class SeenNames:
     """Columns of text, by name; long ones are looked at byte by byte, and once only.
 

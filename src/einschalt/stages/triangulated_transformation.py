@@ -150,7 +150,9 @@ class TriangulatedTransformation(ModelTransformation):
         return "\n".join([super().summary(), *lines])
 
 
-def distribute_in_triangles(fit, triangles=None, *, outliers="keep"):
+def distribute_in_triangles(
+    fit, triangles=None, *, outliers="keep"
+) -> TriangulatedTransformation:
     """Distribute the residuals of a transformation in triangles of identical points.
 
     Parameters
@@ -164,10 +166,6 @@ def distribute_in_triangles(fit, triangles=None, *, outliers="keep"):
     outliers : {"keep", "set_aside"}
         Whether identical points whose shift contradicts those of their neighbours are
         corners as well. They are tested before anything is fitted to them.
-
-    Returns
-    -------
-    TriangulatedTransformation
 
     Raises
     ------
@@ -267,7 +265,7 @@ def _given(fit, triangles):
     deviations = shift_deviations(source, target, corners)
     deviations[unused] = 0.0
     none = np.empty(0, dtype=np.intp)
-    return [ReversibleNet(net, 0, unused, deviations, 0, none)]
+    return [ReversibleNet(net, 0, unused, deviations, none)]
 
 
 def with_triangles(fit, triangles, left_out):

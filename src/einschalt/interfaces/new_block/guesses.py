@@ -39,9 +39,9 @@ class Guess:
     reason: str
 
 
-def unit_of(frame, key="model_id"):
+def unit_of(frame):
     """Unit of model coordinates, by the extent of the widest model."""
-    keys = [name for name in ("coverage", key) if name in frame]
+    keys = [name for name in ("coverage", "model_id") if name in frame]
     groups = frame.groupby(keys, sort=False)[["x", "y"]]
     widest = float((groups.max() - groups.min()).max(axis=1).max())
     low, high = USUAL_MODEL_MM

@@ -14,7 +14,6 @@ from einschalt.interfaces.programs.foreign import Foreign, is_finite
 
 NAMESPACE = "http://www.landxml.org/schema/LandXML-1.2"
 EXPECTED = "LandXML with CgPoints"
-ROLES = {"control": "control", "check": "checkpoint", "new": "proposed"}
 METRES = {"meter": 1.0, "millimeter": 1e-3, "centimeter": 1e-2}
 METRES |= {"foot": 0.3048, "USSurveyFoot": 1200.0 / 3937.0, "kilometer": 1e3}
 

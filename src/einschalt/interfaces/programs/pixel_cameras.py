@@ -29,13 +29,13 @@ def corner_keys(fx, fy, cx, cy, size, distortion=(), pixel_size_um=None):
     return _with_pitch(keys, pixel_size_um)
 
 
-def centre_keys(fx, fy, cx, cy, distortion=(), pixel_size_um=None):
+def centre_keys(fx, fy, cx, cy, distortion=()):
     """Keys of a camera for which the centre of the first pixel is (0, 0), as OpenCV."""
     keys = {"convention": "opencv", "fx": fx, "fy": fy, "cx": cx, "cy": cy}
-    return _with_pitch(keys | dict(zip(NAMES, distortion, strict=False)), pixel_size_um)
+    return _with_pitch(keys | dict(zip(NAMES, distortion, strict=False)))
 
 
-def _with_pitch(keys, pixel_size_um):
+def _with_pitch(keys, pixel_size_um=None):
     plain = (str, int)
     keys = {n: v if isinstance(v, plain) else float(v) for n, v in keys.items()}
     is_known = pixel_size_um is not None and math.isfinite(pixel_size_um)

@@ -21,7 +21,7 @@ MOST_SEARCHED = 5
 SEED = 0  # a publication is the same in every run
 
 
-def points_of_operation(operation, n_points=N_POINTS):
+def points_of_operation(operation):
     """Identical points of an operation, and others among them, (n, 2 or 3).
 
     As many of these at most as it has identical points, but 100 at least.
@@ -29,7 +29,7 @@ def points_of_operation(operation, n_points=N_POINTS):
     if not operation.is_plane:
         return operation.source
     rng = np.random.default_rng(SEED)
-    n_points = min(n_points, max(100, len(operation.source)))
+    n_points = min(N_POINTS, max(100, len(operation.source)))
     net = operation.net
     if net is None:
         known = operation.source

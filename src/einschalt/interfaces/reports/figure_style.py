@@ -60,9 +60,9 @@ def round_down(value):
     return float(f"{step * power:.0e}")
 
 
-def draw_bar(axes, bottom, wide, text, *, color=INK, linewidth=1.4):
+def draw_bar(axes, bottom, wide, text, color):
     """Draw a scale bar on axes in inches, and say what it is."""
-    axes.plot([0.0, wide], [bottom, bottom], color=color, linewidth=linewidth)
+    axes.plot([0.0, wide], [bottom, bottom], color=color, linewidth=1.6)
     for end in (0.0, wide):
         tick = [bottom - 0.04, bottom + 0.04]
         axes.plot([end, end], tick, color=color, linewidth=0.8)

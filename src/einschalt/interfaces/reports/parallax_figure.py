@@ -282,4 +282,4 @@ def _draw_bars(sheet, axes):
         ),
     )
     for bottom, wide, text, colour in bars:
-        draw_bar(axes, bottom, wide, text, color=colour, linewidth=1.6)
+        draw_bar(axes, bottom, wide, text, colour)

@@ -14,7 +14,6 @@ import queue
 import struct
 import subprocess
 import threading
-from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ from itertools import islice
 from multiprocessing.spawn import get_executable
 from numbers import Integral
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from einschalt.foundations.arguments import described, finite_number
 from einschalt.foundations.batches import n_cores
@@ -59,13 +58,6 @@ class Answer:
     value: Any = None  # what the function returned
     # what it raised instead, or a ProcessEndedError
     error: Exception | None = None
-
-
-class Engine(Protocol):
-    """What runs tasks."""
-
-    def answers(self, function: Callable, tasks: list) -> Iterator[Answer]:
-        """Call the function with each task; yield answers as they come."""
 
 
 def run_in_order(engine, function, tasks, *, answered=None) -> list:

@@ -53,8 +53,6 @@ from einschalt.pipeline.block.ways_between_systems import with_total_errors
 from einschalt.stages.control_in_plan import note_of_plan_alone, with_rough_plan
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
-MODEL_KEY = ["coverage", "model_id"]
-
 
 @dataclass(frozen=True, eq=False)
 class Findings:

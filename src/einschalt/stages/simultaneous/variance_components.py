@@ -73,20 +73,18 @@ class Weighed:
     image_factors: np.ndarray
 
 
-def weigh_groups(
-    tables, part, block, *, all_of_them, with_control=True, factors=1.0
-) -> Weighed:
+def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
     """Give the groups the errors that their residuals show, where that is asked for.
 
-    ``all_of_them`` estimates every group and the control (``with_control``), otherwise
-    those that nobody has given only. Control that shares errors keeps what was given:
-    residuals hardly show them. ``factors`` (n_groups + 1,) are those that the
-    errors of the part have already; ``block`` is of the part.
+    ``all_of_them`` estimates every group and the control, otherwise those that nobody
+    has given only. Control that shares errors keeps what was given: residuals hardly
+    show them. ``factors`` (n_groups + 1,) are those that the errors of the part have
+    already; ``block`` is of the part.
     """
     groups = groups_of(tables, part)
     n_groups = len(groups.names)
-    with_control = with_control and part.observations.shared_control is None
-    is_free = np.append(groups.is_unknown | all_of_them, all_of_them and with_control)
+    with_control = all_of_them and part.observations.shared_control is None
+    is_free = np.append(groups.is_unknown | all_of_them, with_control)
     applied = np.ones(n_groups + 1) * factors
     found = group_components(block, groups.code, n_groups)
     for _ in range(MOST_PASSES):

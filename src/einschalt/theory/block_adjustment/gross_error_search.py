@@ -93,16 +93,14 @@ def begin(solution, significance) -> OutlierFreeBlock:
     return _begun(solution, *far_measurements(solution), significance)
 
 
-def adjust_without_far_measurements(
-    observations, significance, terms=()
-) -> OutlierFreeBlock:
+def adjust_without_far_measurements(observations, significance) -> OutlierFreeBlock:
     """Adjust a block without the measurements that are far off.
 
     They are looked for before a spatial block is placed, if it does not stand beside
     them.
     """
     try:
-        return begin(adjust_models(observations, terms), significance)
+        return begin(adjust_models(observations), significance)
     except NoConvergenceError:
         return begin_in_space(observations, significance)
 

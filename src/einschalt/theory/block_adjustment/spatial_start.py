@@ -43,12 +43,9 @@ class Placement:
         return replace(self, **{name: arrange(getattr(self, name)) for name in names})
 
 
-def place_models(observations, plan=None) -> Placement:
-    """Place all models, well enough to begin with; the block is determined in plan.
-
-    ``plan`` is the BlockSolution of helmert models there, if it is known.
-    """
-    plan = plan or adjust(observations.in_plan(is_affine=False))
+def place_models(observations) -> Placement:
+    """Place all models, well enough to begin with; the block is determined in plan."""
+    plan = adjust(observations.in_plan(is_affine=False))
     east_x, north_x = plan.affinities[:, :, 1].T
     scale = np.hypot(east_x, north_x)
     centroid = _centroids(observations)

@@ -34,7 +34,6 @@ class ReversibleNet:
     # left_out: of int, places of points that are corners of no triangle, ascending
     left_out: np.ndarray
     deviations: np.ndarray  # (n_points,) of their shifts from those of neighbours [m]
-    n_slivers: int  # triangles along the edge that were left out
     # contradicting: of int, places of those that were taken for gross errors
     contradicting: np.ndarray
 
@@ -89,7 +88,6 @@ def make_reversible_net(source, target, *, significance=None):
         int(is_turned.sum()),
         np.setdiff1d(np.arange(len(source)), net.used),
         deviations,
-        int(len(corners) - good.sum()),
         contradicting,
     )
 

@@ -44,7 +44,6 @@ from einschalt.theory.block_adjustment.control_information import (
 SURELY_NOT_SCALED = 0.05
 # beyond these the adjustment of everything takes longer than a look at a result should
 MOST_MODELS, MOST_CONTROL = 20_000, 1500
-KEY = ["coverage", "model_id", "point_id"]
 N_CURVED = 7  # quadratic and cubic terms
 
 

@@ -87,8 +87,8 @@ def _rounded(where, printed, ours, why=RULE_IS_FITTED):
     return Statement(where, printed, printed - 0.5, printed + 0.5, float(ours), why=why)
 
 
-def _just_under(where, printed, ours, why=READ_OFF):
-    return Statement(where, printed, printed - 0.5, printed, float(ours), why=why)
+def _just_under(where, printed, ours):
+    return Statement(where, printed, printed - 0.5, printed, float(ours), why=READ_OFF)
 
 
 def _transformation():

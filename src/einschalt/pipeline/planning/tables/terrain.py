@@ -37,14 +37,14 @@ def forecast_by_scale(heights, scale_numbers, model, principal_distance):
     return pd.concat(parts, names=["scale_number"]).reset_index()
 
 
-def forecast_by_camera(heights, flying_height, cameras=CAMERAS) -> pd.DataFrame:
-    """Judge the terrain of every model for several cameras, flown equally high.
+def forecast_by_camera(heights, flying_height) -> pd.DataFrame:
+    """Judge the terrain of every model for each of ``CAMERAS``, flown equally high.
 
     ``flying_height`` is that above the standard points 1 and 2 of each model [m]. Gives
     camera, scale_number, model_id, then as :func:`forecast_by_scale`.
     """
     parts = {}
-    for name, camera in cameras.items():
+    for name, camera in CAMERAS.items():
         plan = _plan_of(camera, camera.principal_distance, flying_height)
         models = forecast_dangerous_surfaces(heights, plan).models
         models.insert(0, "scale_number", flying_height / camera.principal_distance)

@@ -347,13 +347,8 @@ def _of_new(examined, point_ids, moved):
     new = points.loc[points["role"] == "new", "point_id"]
     if new.empty:
         return NOTHING
-    squares = np.nan_to_num(moved[new_rows(point_ids, new)]) ** 2
+    squares = np.nan_to_num(moved[is_among(point_ids, new)]) ** 2
     sums = np.zeros(3)
     sums[: squares.shape[1]] = squares.sum(axis=0)
     mean = sums / len(new)
     return Displacement(float(np.sqrt(mean[:2].sum())), float(np.sqrt(mean[2])))
-
-
-def new_rows(point_ids, new):
-    """Rows of points that are new ones."""
-    return is_among(point_ids, new)

@@ -185,15 +185,16 @@ def _are_fitted_onto_control(block):
     return block.high_flight is None and approximations_are_control(block)
 
 
+def _missed(judged):
+    """What given points are missed by, set aside or not, TOTAL (RMS) [m]."""
+    points = judged.points
+    return total_rms(values_of(points[points["role"] != "new"], DIFFERENCES))
+
+
 def _missed_in_two_steps(examined):
     """What given points are missed by, TOTAL (RMS) [m]; NaN where nothing tells."""
     two_step = examined.all_in_two_steps
-    return _rms(two_step) if two_step.is_possible else np.nan
-
-
-def _missed(examined):
-    """The same by what is examined: two steps may lack the models of a pair."""
-    return _rms(examined)
+    return _missed(two_step) if two_step.is_possible else np.nan
 
 
 def _missed_in_plan(examined):
@@ -211,6 +212,7 @@ def _missed_in_plan(examined):
     return np.nan if found is None else total_rms(found[0].control_residuals)
 
 
+# two steps may lack the models of a pair
 MEASURES = (_missed_in_two_steps, _missed, _missed_in_plan)
 
 
@@ -242,12 +244,6 @@ def _stated(block):
     errors = control["standard_error_m"].to_numpy(dtype=float)
     errors = errors[np.isfinite(errors)]
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan
-
-
-def _rms(judged):
-    """What given points are missed by, set aside or not, TOTAL (RMS) [m]."""
-    points = judged.points
-    return total_rms(values_of(points[points["role"] != "new"], DIFFERENCES))
 
 
 def _likely(examined):
@@ -365,7 +361,7 @@ def _tried(examined, measure, missed, names):
     except EinschaltError:  # nothing is gained
         return None
     # models that failed for the names need not fail then
-    after = np.nan_to_num(measure(again), nan=_rms(again))
+    after = np.nan_to_num(measure(again), nan=_missed(again))
     if not LEAST_IMPROVEMENT * after < missed:
         return None
     if examined.frame.is_mirrored and again.frame.is_mirrored:
