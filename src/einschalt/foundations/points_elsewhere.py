@@ -78,7 +78,7 @@ class Islands:
         return np.hypot(*np.maximum(np.maximum(low - points, points - high), 0.0).T)
 
 
-def other_system_problems(frame, system, file, measured):
+def other_system_problems(frame, system, file, measured) -> list[ConsistencyError]:
     """Points that lie among the others in another system: errors.
 
     Parameters
@@ -91,10 +91,6 @@ def other_system_problems(frame, system, file, measured):
         Name of the file.
     measured : callable
         Gives the names that take part.
-
-    Returns
-    -------
-    list of ConsistencyError
     """
     return _problems(frame, system, file, measured, _explained)
 

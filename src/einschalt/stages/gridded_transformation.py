@@ -219,7 +219,9 @@ def _facts(one):
     }
 
 
-def distribute_in_grid(fit, method, *, outliers="set_aside", cell=None):
+def distribute_in_grid(
+    fit, method, *, outliers="set_aside", cell=None
+) -> GriddedTransformation:
     """Distribute the residuals of a transformation by a grid of shifts.
 
     Parameters
@@ -232,10 +234,6 @@ def distribute_in_grid(fit, method, *, outliers="set_aside", cell=None):
         ones count in the ellipses like all others.
     cell : float or ndarray, optional
         Width of the cells [m], of each model; chosen where left out.
-
-    Returns
-    -------
-    GriddedTransformation
 
     Raises
     ------

@@ -94,10 +94,6 @@ def approximate_coordinates(
         the m_0 of all models together, since its own says little (in ``transform`` of
         ``transformation`` it has its own).
 
-    Returns
-    -------
-    ApproximateCoordinates
-
     Raises
     ------
     GeometryError

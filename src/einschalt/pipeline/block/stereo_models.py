@@ -97,7 +97,7 @@ def parallax_problems(flight, files):
     return problems
 
 
-def models_of_photographs_apart(flight, model_table, file):
+def models_of_photographs_apart(flight, model_table, file) -> list[ConsistencyError]:
     """List the models whose photographs have no point in common.
 
     Parameters
@@ -108,10 +108,6 @@ def models_of_photographs_apart(flight, model_table, file):
         coverage, model_id of each point that was measured in both photographs.
     file : str
         Of the models.
-
-    Returns
-    -------
-    list of ConsistencyError
     """
     models = flight.models
 
@@ -129,7 +125,7 @@ def models_of_photographs_apart(flight, model_table, file):
     return [problem(place) for place in np.flatnonzero(is_lost)]
 
 
-def models_of_one_photograph(flight, file):
+def models_of_one_photograph(flight, file) -> list[ConsistencyError]:
     """List the models whose photographs are the same one.
 
     Parameters
@@ -138,10 +134,6 @@ def models_of_one_photograph(flight, file):
         With images.
     file : str
         Of the models.
-
-    Returns
-    -------
-    list of ConsistencyError
     """
     models = flight.models
 

@@ -84,10 +84,6 @@ def choose_models(
         image_id, point_id, x, y [mm], origin in the principal point.
     principal_distance_mm : float
         [mm]
-
-    Returns
-    -------
-    ModelChoice
     """
     images, names = pd.factorize(image_points["image_id"], sort=True)
     points, point_names = pd.factorize(image_points["point_id"])

@@ -44,10 +44,6 @@ def detectable_shift(information, n_points, n_all, exactly) -> DetectableShift:
     exactly : callable
         Gives pᵀWp of some regions, by their places.
 
-    Returns
-    -------
-    DetectableShift
-
     Examples
     --------
     A single region of which a shift is known to 1 cm in each coordinate:

@@ -102,10 +102,6 @@ def find_displaced_regions(checks, weights, xy) -> RegionScan:
         Of the given points [1/m²].
     xy : ndarray, shape (n, 2)
         Easting, northing [m].
-
-    Returns
-    -------
-    RegionScan
     """
     if len(xy) < 2 * FEWEST_POINTS:
         return RegionScan((), 0, 0.0, np.nan)

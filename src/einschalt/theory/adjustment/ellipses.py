@@ -31,10 +31,6 @@ def confidence_ellipses(covariance, confidence) -> Ellipses:
     confidence : float
         Between 0 and 1.
 
-    Returns
-    -------
-    Ellipses
-
     Examples
     --------
     The mean error ellipse of a point that is known worse along north-east:

@@ -80,7 +80,7 @@ class RobustFit:
     is_converged: np.ndarray  # (n_models,)
 
 
-def fit_robustly(points, fit_of, norm, start_weights=None):
+def fit_robustly(points, fit_of, norm, start_weights=None) -> RobustFit:
     """Iteratively reweighted least squares of all models at once.
 
     Parameters
@@ -91,10 +91,6 @@ def fit_robustly(points, fit_of, norm, start_weights=None):
     norm : Norm
     start_weights : ndarray, shape (n_points,), optional
         Weights to begin with; a norm that gives the weight 0 needs good ones.
-
-    Returns
-    -------
-    RobustFit
 
     Notes
     -----

@@ -58,10 +58,6 @@ def find_wrong_points(checks, weights) -> WrongPoints:
         has them: ``scores``, ``times(columns)`` and ``draw(n_draws, seed)``.
     weights : ndarray, shape (n,)
         Of the given points [1/m²].
-
-    Returns
-    -------
-    WrongPoints
     """
     if len(weights) < FEWEST_POINTS:
         return _none()

@@ -101,10 +101,6 @@ def judge_by_covariance(solution, known, drawn, group, is_in) -> BlockTests:
     is_in : ndarray of bool, shape (n_rows,)
         Observations that tell this factor.
 
-    Returns
-    -------
-    BlockTests
-
     Notes
     -----
     T = vᵀ C⁻¹ v over its mean s² in the group, which has f degrees of freedom. Were s²

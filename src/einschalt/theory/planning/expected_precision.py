@@ -103,10 +103,6 @@ def expected_parts(flights, model) -> ExpectedParts:
         Of both flights; ``edge`` is not used: the edge is that of the whole overlap,
         with points evenly spread, and on a lattice where fewer than 12 lie in a model.
 
-    Returns
-    -------
-    ExpectedParts
-
     Notes
     -----
     With μ models of each of C coverages at a point, h the leverage in a low-flight

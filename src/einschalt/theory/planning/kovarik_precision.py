@@ -116,10 +116,6 @@ def planned_precision(scale_number, spacing, m_0, m_g, model) -> PlannedPrecisio
         points, error of the approximate coordinates, measuring error in the image [m].
     model : PlannedModel
 
-    Returns
-    -------
-    PlannedPrecision
-
     Notes
     -----
     Source: J. Kovarik 1971, diagrams 2 (n), 3 (m_t) and 4 a to d (M).

@@ -109,7 +109,7 @@ def elimination(case):
     return tuple(Step(element, {point: 1.0}) for element, point in _ELIMINATION[case])
 
 
-def standard_procedure(design, case, *, tilt_at="5", rel=1.0):
+def standard_procedure(design, case, *, tilt_at="5", rel=1.0) -> Procedure:
     """Gruber's procedure for six points, with the over-correction of their model.
 
     Points 1 to 4 are cleared once. A pass turns the tilt, over-corrected, and clears
@@ -125,10 +125,6 @@ def standard_procedure(design, case, *, tilt_at="5", rel=1.0):
     rel : float or ndarray, shape (...)
         Multiplier of the exact over-correction: 1 clears a model that is free of
         errors in one pass, below 1 is cautious, above 1 exaggerates.
-
-    Returns
-    -------
-    Procedure
 
     Raises
     ------
@@ -229,7 +225,9 @@ class ProcedureRecord:
     residual_parallaxes: np.ndarray
 
 
-def run_procedure(procedure, design, parallax, n_passes, *, sigma=0.0, rng=None):
+def run_procedure(
+    procedure, design, parallax, n_passes, *, sigma=0.0, rng=None
+) -> ProcedureRecord:
     """Carry out a procedure on measured, or on simulated, parallaxes.
 
     Without ``sigma`` it is what the procedure makes of these parallaxes, read again and
@@ -250,10 +248,6 @@ def run_procedure(procedure, design, parallax, n_passes, *, sigma=0.0, rng=None)
         Standard error of one reading of one point, in the unit of the parallaxes.
     rng : numpy.random.Generator, optional
         Needed with ``sigma``.
-
-    Returns
-    -------
-    ProcedureRecord
 
     Raises
     ------

@@ -258,10 +258,6 @@ class PlanFrame:
             Further fields, and those that go before the preset's: image_format,
             principal_distance, forward_overlap, side_overlap, max_height, sampled_um.
 
-        Returns
-        -------
-        PlanFrame
-
         Raises
         ------
         EinschaltError

@@ -193,10 +193,6 @@ def camera_preset(name: str) -> CameraPreset:
         film_wide, film_normal, film_super_wide, ultracam_eagle, dmc_3, ultracam_xp,
         dmc_ii_250, uav_full_frame, uav_one_inch or uav_four_thirds.
 
-    Returns
-    -------
-    CameraPreset
-
     Raises
     ------
     SettingsError

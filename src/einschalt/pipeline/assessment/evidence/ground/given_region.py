@@ -112,7 +112,7 @@ class KnownPoints:
         return bool(np.median(self.misses @ shift) > 0.5 * size**2)
 
 
-def which_part(shift, known, *, is_large):
+def which_part(shift, known, *, is_large) -> Part:
     """Tell by known points whether a region is off, or all others.
 
     Where those of one part contradict what is given there, and those of the other do
@@ -127,10 +127,6 @@ def which_part(shift, known, *, is_large):
     known : KnownPoints
     is_large : bool
         Whether both parts are large.
-
-    Returns
-    -------
-    Part
     """
     shift = np.asarray(shift)
     inside = known.picked(known.is_inside).contradict(shift)
