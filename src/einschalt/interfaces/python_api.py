@@ -387,7 +387,10 @@ def densify(
     Raises
     ------
     GeometryError
-        Not one model of a flight could be used.
+        Not one model of a flight could be used, or the block needs more memory than
+        there is.
+    SettingsError
+        The settings ask for what this block cannot have.
 
     See Also
     --------

@@ -40,8 +40,9 @@ def simulate_block(
 
     Parameters
     ----------
-    preset : str
-        Name of a layout; ``neukirchen`` is the block of Kovarik 1971.
+    preset : {"neukirchen", "demo"}
+        Kovarik's test block, 10.4 x 10.2 km with 1190 points and two coverages at
+        1:15 000 and at 1:8000; or a small block of 3 x 3 km with 6 check points.
     seed : int
         The same seed gives the same block.
     geometry : BlockGeometry, optional
@@ -55,7 +56,14 @@ def simulate_block(
     Returns
     -------
     SimulatedBlock
-        With ``truth``: point_id, easting, northing [, height].
+        Every table as it would be read from files, and ``truth``: point_id, easting,
+        northing [, height].
+
+    Raises
+    ------
+    SettingsError
+        The preset is unknown, the seed is not a whole number from 0, or no model of a
+        flight would hold enough points.
     """
     given = {"geometry": geometry, "noise": noise, "title": title}
     block = simulated.simulate_block(preset, seed=seed, **given)

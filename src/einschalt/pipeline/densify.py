@@ -54,32 +54,16 @@ def densify(
     in one adjustment. Or both, of which the better one is kept. Check points enter
     neither.
 
+    Arguments, results and errors are those of :func:`einschalt.densify`, and these:
+
     Parameters
     ----------
-    block : Block
-    settings : Settings, optional
-        The block's own where left out.
-    progress : callable, optional
-        Called with the title of each stage and the fraction that is done.
     kind : type, optional
         DensificationResult, or a class that extends it.
     compares_methods : bool, optional
         Whether a result of two steps tells what one adjustment would give, if its
         block is small: some 0.1 s of the processor for sixty models, 0.5 s for three
         hundred. One adjustment always has the two steps beside it.
-
-    Returns
-    -------
-    DensificationResult
-        A model that fails is a row of ``failures`` and does not stop the rest.
-
-    Raises
-    ------
-    GeometryError
-        Not one model of a flight could be used, or the block needs more memory than
-        there is.
-    SettingsError
-        The settings ask for what this block cannot have.
     """
     # pydantic makes copies and settings that nobody has checked
     settings = (settings or block.settings).updated({})

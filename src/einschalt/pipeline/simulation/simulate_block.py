@@ -109,31 +109,7 @@ def simulate_block(
 ) -> SimulatedBlock:
     """Simulate the two flights of a block over points with known truth.
 
-    Parameters
-    ----------
-    preset : {"neukirchen", "demo"}
-        Kovarik's test block, 10.4 x 10.2 km with 1190 points and two coverages at
-        1:15 000 and at 1:8000; or a small block of 3 x 3 km with 6 check points.
-    seed : int
-        The same seed gives the same block.
-    geometry : BlockGeometry, optional
-        In place of the preset's.
-    noise : BlockNoise, optional
-        In place of the preset's.
-    title : str, optional
-        Name of the block; that of the preset, or scales and spacing of a geometry that
-        is not the preset's, where left out.
-
-    Returns
-    -------
-    SimulatedBlock
-        Every table as it would be read from files, and ``truth``.
-
-    Raises
-    ------
-    SettingsError
-        The preset is unknown, the seed is not a whole number from 0, or no model of a
-        flight would hold enough points.
+    As :func:`einschalt.simulate_block`.
 
     Examples
     --------

@@ -277,25 +277,9 @@ class PlanFrame:
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
     """Find the plans that reach a precision, the cheapest first.
 
-    ``target`` is the TOTAL error that the delivered coordinates may have [m], ``where``
-    ("everywhere", "edge", "centre") the place in the models at which it holds: that
-    matters with one coverage only, the mean of several is alike everywhere. ``by``
-    "expected" takes errors with what points share; "paper" the formula of 1971, which
-    is too good. Aerial film with affine models where ``frame`` is left out. All figures
-    are closed estimates, not yet checked on a layout.
-
-    Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
-    says what limits it. EinschaltError where a value is not sensible, or no combination
-    has enough points in its models.
-
-    Examples
-    --------
-    >>> choices = PlanChoices(
-    ...     scale_number=(6000, 8000, 10000), spacing=(200, 300), m_g_um=(5,)
-    ... )
-    >>> found = find_plans(0.05, choices)
-    >>> bool((found.feasible["expected_mean"] <= 0.05).all())
-    True
+    As :func:`einschalt.find_plans`: all figures are closed estimates, not yet checked
+    on a layout. The place ``where`` the target holds matters with one coverage only:
+    the mean of several is alike everywhere.
     """
     target = checked_number("target", target)
     require_choice("where", where, PLACES)
