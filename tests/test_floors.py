@@ -20,6 +20,7 @@ ROOMS = [
     "result_parts",
     "result",
     "densify",
+    "adjust_block",
     "batch",
     "simulation",
     "planning",

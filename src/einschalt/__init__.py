@@ -45,10 +45,8 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_plans import plan_target as plan_target
     from einschalt.interfaces.python_simulation import simulate_block as simulate_block
     from einschalt.interfaces.python_simulation import simulate_plan as simulate_plan
+    from einschalt.pipeline.adjust_block import adjust_block as adjust_block
     from einschalt.pipeline.block.block import Flight as Flight
-    from einschalt.pipeline.densification.simultaneous import (
-        adjust_block as adjust_block,
-    )
     from einschalt.pipeline.planning.area.flight_plan import FlightPlan as FlightPlan
     from einschalt.pipeline.planning.estimate.search import PlanChoices as PlanChoices
     from einschalt.pipeline.planning.estimate.search import PlanFrame as PlanFrame
@@ -108,7 +106,7 @@ _HOME = {
     "transform_models": f"{_PUBLICATION}.published_results",
     "error_budget": "einschalt.stages.stage4_error_budget",
     "average_coverages": "einschalt.stages.stage5_double_coverage",
-    "adjust_block": "einschalt.pipeline.densification.simultaneous",
+    "adjust_block": "einschalt.pipeline.adjust_block",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
     "plan_precision": f"{_PLANNING}.tables.precision_table",

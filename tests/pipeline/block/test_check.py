@@ -10,6 +10,7 @@ from tests.photographs_onto_control import one_flight
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import written_in
+from einschalt.pipeline.adjust_block import adjust_block
 from einschalt.pipeline.block.axis_order import where_problems
 from einschalt.pipeline.block.block import check_block
 from einschalt.pipeline.block.given_points import (
@@ -17,7 +18,6 @@ from einschalt.pipeline.block.given_points import (
     known_of_models,
     points_in_no_model,
 )
-from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block

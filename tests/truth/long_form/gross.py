@@ -13,7 +13,7 @@ from scipy.stats import chi2, ncx2, poisson
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
 from einschalt.foundations.units import METRES_PER_UM
-from einschalt.pipeline.densification.simultaneous import adjust_block
+from einschalt.pipeline.adjust_block import adjust_block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise

@@ -15,7 +15,7 @@ from tests.truth.long_form.calibration import (
 )
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
-from einschalt.pipeline.densification.simultaneous import FILM_AFFINITY, adjust_block
+from einschalt.pipeline.adjust_block import FILM_AFFINITY, adjust_block
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 # 20 would know the squared error to 0.02 only: the points of a block hang together
