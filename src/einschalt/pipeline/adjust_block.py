@@ -33,8 +33,8 @@ from einschalt.stages.simultaneous.adjustment import (
     BlockAdjustment,
     simultaneous_adjustment,
 )
-from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import AFFINITY, DEGREE
 

@@ -6,9 +6,9 @@ spatial model is fitted onto them in two steps, which compare them as check poin
 
 import numpy as np
 
-from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.errors import name_some
 from einschalt.foundations.names import is_among
+from einschalt.stages.transformation_kinds import is_spatial
 
 LACKING = ("easting is missing", "northing is missing")
 ROUGH_PLAN = (
@@ -20,7 +20,7 @@ ROUGH_PLAN = (
 
 def known_in_plan_alone(control, flight):
     """Names of control without heights, if the models of a flight are spatial."""
-    if not (_is_spatial(flight) and {"height", "role"} <= set(control)):
+    if not (is_spatial(flight) and {"height", "role"} <= set(control)):
         return np.empty(0, dtype=object)
     is_flat = (control["role"] != "check") & control["height"].isna()
     return control["point_id"].to_numpy(dtype=object)[is_flat.to_numpy(dtype=bool)]
@@ -61,7 +61,7 @@ def with_rough_plan(block, problems):
 
     The height of a point may be all that is known of it.
     """
-    if not _is_spatial(block.high_flight or block.low_flight):
+    if not is_spatial(block.high_flight or block.low_flight):
         return problems
     file = block.sources.get("control_points", "control_points")
     return [
@@ -70,7 +70,3 @@ def with_rough_plan(block, problems):
         else each
         for each in problems
     ]
-
-
-def _is_spatial(flight):
-    return is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))

@@ -34,9 +34,9 @@ from einschalt.stages.stage1_approximate_coordinates import (
     transform_high_flight,
 )
 from einschalt.stages.stage3_model_transformation import transform_models
+from einschalt.stages.transformation_kinds import SPATIAL
 
 XYZ = ["x", "y", "z"]
-SPATIAL = "helmert_3d"
 HIGH, LOW = "high_flight", "low_flight"
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations import tables
+from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
@@ -38,6 +39,7 @@ MORE_CONTROL = (
 PLANE = (("x", "y"), ("easting", "northing"))
 SPACE = (("x", "y", "z"), ("easting", "northing", "height"))
 WEIGHT = tables.Column("weight", "number", "a weight", False, is_positive=True)
+SPATIAL = "helmert_3d"
 TRANSFORMATION_KINDS = {
     "affine": Kind(
         affine.fit_affine, affine.affine_cofactors, *PLANE, 3, "three off a line"
@@ -46,7 +48,7 @@ TRANSFORMATION_KINDS = {
         helmert.fit_helmert, helmert.helmert_cofactors, *PLANE, 2, "two apart"
     ),
     "rigid": Kind(rigid.fit_rigid, rigid.rigid_cofactors, *PLANE, 2, "two apart"),
-    "helmert_3d": Kind(
+    SPATIAL: Kind(
         helmert_3d.fit_helmert_3d,
         helmert_3d.helmert_3d_cofactors,
         *SPACE,
@@ -54,6 +56,11 @@ TRANSFORMATION_KINDS = {
         "three off a line",
     ),
 }
+
+
+def is_spatial(flight):
+    """Whether the models of a flight are spatial; not of one that says nothing."""
+    return is_choice(getattr(flight, "transformation", ""), (SPATIAL,))
 
 
 def model_schema(kind):

@@ -51,7 +51,7 @@ from einschalt.pipeline.block.stereo_models import (
 )
 from einschalt.pipeline.block.ways_between_systems import with_total_errors
 from einschalt.stages.control_in_plan import note_of_plan_alone, with_rough_plan
-from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS, is_spatial
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,7 @@ def check_block(block, said=frozenset()) -> Findings:
 
 def _ground_schema(schema, flight):
     """Schema of the points onto which a flight is transformed."""
-    is_spatial = is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
-    return schema.requiring("height") if is_spatial else schema
+    return schema.requiring("height") if is_spatial(flight) else schema
 
 
 class _Check:
@@ -175,8 +174,7 @@ class _Check:
 
     def _model_points_schema(self, flight):
         schema = self._in_unit(tables.MEASURED_MODEL_POINTS, flight)
-        is_spatial = is_choice(flight.transformation, ("helmert_3d",))
-        if not is_spatial and flight.y_parallaxes is None:
+        if not is_spatial(flight) and flight.y_parallaxes is None:
             return schema
         return schema.requiring("z")
 
@@ -284,8 +282,7 @@ class _Check:
 
     def _heights(self, ground, name):
         flight = self.checked[name]
-        is_spatial = is_choice(flight.transformation, ("helmert_3d",))
-        if is_spatial and self._sound(f"{name}.model_points"):
+        if is_spatial(flight) and self._sound(f"{name}.model_points"):
             points, file = flight.model_points, self._file(ground)
             self.problems += equal_height_problems(
                 name, points, self.checked[ground], file

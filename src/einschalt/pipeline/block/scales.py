@@ -9,7 +9,6 @@ from numbers import Real
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError
 from einschalt.foundations.frame_columns import values_of
@@ -20,6 +19,7 @@ from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.ways_between_systems import standard_errors_of
 from einschalt.stages.relative_orientation.image_units import unit_fault
+from einschalt.stages.transformation_kinds import is_spatial
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
@@ -382,17 +382,14 @@ def digit_notes(block, checked, is_sound, file_of):
     """
     notes, m_0_m = [], getattr(block, "approximate_m_0_m", None)
     flights = (checked.get(name) for name in ("high_flight", "low_flight"))
-    is_spatial = any(
-        is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
-        for flight in flights
-    )
+    has_heights = any(map(is_spatial, flights))
     for name in ("control_points", "approximate_points"):
         if is_sound(name):
             known = None if name == "control_points" else m_0_m
             error = standard_errors_of(checked[name], known)
             error = None if isinstance(error, str | bool) else error
             notes += coarse_digits(checked[name], error, file_of(name))
-            if is_spatial:
+            if has_heights:
                 notes += coarse_heights(checked[name], error, file_of(name))
     for name in ("high_flight", "low_flight"):
         flight = checked.get(name)

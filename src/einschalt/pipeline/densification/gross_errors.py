@@ -20,8 +20,8 @@ from einschalt.pipeline.densification.simultaneous import (
     searched_flights,
 )
 from einschalt.stages.simultaneous.adjustment import AdjustmentOptions
-from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.stages.simultaneous.searches import Searches
+from einschalt.stages.transformation_kinds import SPATIAL
 
 HIGH = "high_flight"
 KEY = ["coverage", "model_id", "point_id"]

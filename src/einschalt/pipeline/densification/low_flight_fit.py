@@ -20,7 +20,6 @@ from einschalt.stages.model_screening import (
     suspect_rows,
     without_gross_errors,
 )
-from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.stages.stage1_approximate_coordinates import require_usable
 from einschalt.stages.stage3_model_transformation import (
     STAGE,
@@ -34,6 +33,7 @@ from einschalt.stages.stage5_double_coverage import (
     with_positions,
 )
 from einschalt.stages.transformation_kinds import (
+    SPATIAL,
     TRANSFORMATION_KINDS,
     more_points_for,
 )

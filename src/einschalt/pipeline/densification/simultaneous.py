@@ -22,7 +22,6 @@ from einschalt.stages.simultaneous.determined_part import determined_part, place
 from einschalt.stages.simultaneous.image_errors import MeasuredImages, centres_behind
 from einschalt.stages.simultaneous.observations import (
     CENTRE,
-    SPATIAL,
     BlockTables,
     MeasuredFlight,
     code_block,
@@ -40,6 +39,7 @@ from einschalt.stages.stage2_relative_orientation import (
     RelativeOrientation,
 )
 from einschalt.stages.stage4_error_propagation import CONTROL_UNKNOWN
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     DEGREE,

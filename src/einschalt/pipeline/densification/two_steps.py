@@ -61,7 +61,6 @@ from einschalt.stages.error_propagation.shared_error import (
     with_shared_error,
 )
 from einschalt.stages.model_screening import screen_models
-from einschalt.stages.simultaneous.observations import SPATIAL
 from einschalt.stages.simultaneous.straight_models import BentFlights, bent_flights
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
@@ -77,6 +76,7 @@ from einschalt.stages.stage4_error_propagation import (
     propagate_model,
 )
 from einschalt.stages.stage5_double_coverage import CoverageMean
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.stages.value_weights import RIGOROUS
 from einschalt.theory.block_adjustment.own_deformation import OwnDeformation
 from einschalt.theory.block_adjustment.own_deformation_size import MOST_MODELS

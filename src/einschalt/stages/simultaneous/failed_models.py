@@ -3,11 +3,10 @@
 import numpy as np
 
 from einschalt.foundations import typesetting
-from einschalt.stages.transformation_kinds import more_points_for
+from einschalt.stages.transformation_kinds import SPATIAL, more_points_for
 from einschalt.theory.block_adjustment import determinacy
 
 STAGE = "simultaneous_adjustment"
-SPATIAL = "helmert_3d"
 MOVES_FREELY = (
     "it can move against the rest of the block: too few points tie it, or the part it "
     "belongs to"

@@ -13,6 +13,7 @@ from einschalt.foundations.names import encode, encode_pairs, ranks
 from einschalt.foundations.tables import check_table
 from einschalt.stages.simultaneous.image_errors import MeasuredImages
 from einschalt.stages.simultaneous.shared_control import INDEPENDENT, shared_control
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.block_adjustment.observations import BlockObservations
@@ -23,7 +24,6 @@ COVARIANCES = {
     (0, 2): "covariance_eh",
     (1, 2): "covariance_nh",
 }
-SPATIAL = "helmert_3d"
 CENTRE = "is_centre"
 
 

@@ -35,7 +35,7 @@ from einschalt.pipeline.densification.simultaneous import (
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.simultaneous.image_errors import N_DRAWS
-from einschalt.stages.simultaneous.observations import SPATIAL
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.block_adjustment.control_heights import height_scores
 

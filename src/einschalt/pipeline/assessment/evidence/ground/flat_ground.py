@@ -11,7 +11,7 @@ from einschalt.foundations.batches import segment_centred, segments_present
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.projections import EARTH_RADIUS
-from einschalt.stages.curved_earth import SPATIAL
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
 PLAN = ["easting", "northing"]

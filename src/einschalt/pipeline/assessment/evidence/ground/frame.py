@@ -28,7 +28,7 @@ from einschalt.pipeline.assessment.evidence.ground.stretch import (
 )
 from einschalt.pipeline.block.axis_order import tells_axes
 from einschalt.pipeline.block.facts import POINT_TABLES
-from einschalt.stages.curved_earth import SPATIAL
+from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
