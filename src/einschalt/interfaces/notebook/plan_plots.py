@@ -35,7 +35,7 @@ class ExpectedPlots:
 
 
 class SearchPlots:
-    """Figures of the plans that were searched, on axes as of :class:`ExpectedPlots`."""
+    """Figures of the plans that were searched, each on axes that are given, or new."""
 
     def __init__(self, search: "PlanSearch") -> None:
         self._search = search
