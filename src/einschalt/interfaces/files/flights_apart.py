@@ -10,6 +10,7 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations.column_words import folded
@@ -17,23 +18,26 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.typesetting import count
 
-# what has one name in a flight, in English, German, French, Italian and Spanish
+# what has one name in a flight
 OF_FLIGHTS = {
     *("flight", "flightname", "flightno", "flightid"),
     *("flug", "flugname", "flugnr", "flugnummer", "bildflug"),
-    *("vol", "nomduvol", "volo", "vuelo"),
+    *("vol", "nomduvol", "volo", "vuelo", "voo", "lot", "vlucht", "flygning"),
 }
 # what has nearly one size in a flight
 OF_SIZES = {
     *("flyingheight", "scale", "imagescale", "photoscale", "scalenumber"),
     *("flughoehe", "massstab", "bildmassstab", "massstabszahl", "bildmassstabszahl"),
-    *("hauteurdevol", "echelle", "quotadivolo", "scala", "escala"),
+    *("hauteurdevol", "echelle", "quotadivolo", "scala", "escala", "alturadevuelo"),
+    *("skala", "meritko", "schaal", "merilo", "mjerilo", "mittakaava"),
 }
 OF_MISSIONS = {"mission"}  # of which a flight may have several
 N_FLIGHTS = 2
 # of sizes in a flight from one to the next, and below which they are numbers of a list
 MOST_OF_ONE_FLIGHT, LEAST_SIZE = 1.2, 10.0
 SIZE = re.compile(r"(?:1\s*[:/]\s*)?(\d[\d\s'’]*(?:[.,]\d+)?)\s*m?")
+# sizes of a flight from one to another, as where has them
+SPAN = re.compile(rf"(?P<low>{SIZE.pattern}) to (?P<high>{SIZE.pattern})")
 DATE = re.compile(
     r"\d{4}[-/.]\d\d?[-/.]\d\d?([ T].*)?|\d\d?[-/.]\d\d?[-/.]\d{2,4}"
     r"|(19|20)\d\d(\d{4})?"
@@ -63,17 +67,35 @@ def chosen_rows(table, where, source):
                 file=source,
             )
         texts = _texts(frame[name])
-        if not (texts == value).any():
+        is_meant = _are_meant(texts, value)
+        if not is_meant.any():
             raise TableError(
                 f"no row has {shortened(value)!r} in column '{called}', as where says",
                 expected=name_some(map(shortened, sorted(texts.unique())), 8),
                 remedy="Correct where in block.toml",
                 file=source,
             )
-        frame = frame[texts == value]
+        frame = frame[is_meant]
     said = name_some(f"{shortened(n)} = {shortened(v)}" for n, v in where.items())
     kept = f"{source}: {len(frame)} of {len(table.frame)} rows: those with {said}"
     return replace(table, frame=frame, notes=(*table.notes, kept))
+
+
+def _are_meant(texts, value):
+    """Which texts are a value, or sizes from one to another: ``7900 to 8300``."""
+    is_same = texts == value
+    span = SPAN.fullmatch(value)
+    if is_same.any() or span is None:
+        return is_same
+    low, high = (_size(span[name]) for name in ("low", "high"))
+    sizes = texts.map(_size)
+    return (sizes >= low) & (sizes <= high)
+
+
+def _size(text):
+    """Number of a scale or a flying height; NaN of another text."""
+    found = SIZE.fullmatch(text)
+    return np.nan if found is None else _number(found[1])
 
 
 def _texts(column):
@@ -108,9 +130,9 @@ def require_one_flight(frame, schema, source):
         values = name_some([shortened(value) for value in given])
         if n_flights == N_FLIGHTS and is_sure:
             texts = _texts(frame[name])
-            parts = (
-                [{str(name): one} for one in given] if texts.isin(given).all() else []
-            )
+            values_of = _spans(given) if word in OF_SIZES else given
+            is_whole = texts.isin(given).all()
+            parts = [{str(name): one} for one in values_of] if is_whole else []
             raise _two_flights(
                 str(name), values, parts, source, int((texts == "").sum())
             )
@@ -135,6 +157,25 @@ def _flights(word, given):
     steps = pairwise(given)
     n_steps = sum(sizes[b] > MOST_OF_ONE_FLIGHT * sizes[a] for a, b in steps)
     return given, n_steps + bool(given), not given or sizes[given[0]] >= LEAST_SIZE
+
+
+def _spans(given):
+    """What where says of each flight: a size, or those from its first to its last.
+
+    ``given``: sizes as text, in their order; as they are where one is none.
+    """
+    sizes = [_size(text) for text in given]
+    if not np.isfinite(sizes).all():
+        return given
+    starts = [
+        k
+        for k, pair in enumerate(pairwise(sizes), 1)
+        if pair[1] > MOST_OF_ONE_FLIGHT * pair[0]
+    ]
+    edges = pairwise([0, *starts, len(given)])
+    return [
+        given[a] if b == a + 1 else f"{given[a]} to {given[b - 1]}" for a, b in edges
+    ]
 
 
 def _number(text):
