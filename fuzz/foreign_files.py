@@ -159,6 +159,15 @@ UP,P 7,,-2.250,1.500,3.500,GCP
 ST,P 7,,,,1.400,55.4500,55.4500
 SS,3,1.200,330.706,326.027,20.320,07:13:46,SIGN
 """
+SIMA = """\
+G00,01,field,
+Z00,points,
+A00,
+A01,1,KP1,-2.250,1.500,3.500,
+A01,2,KP2,10.000,20.000,,
+A99,
+D00,1,12-3,1,
+"""
 # table, then what stands in its first row
 READ = {
     "a.xml": (LANDXML, "control_points", ["A", 1.0, 2.0, 3.0]),
@@ -167,6 +176,7 @@ READ = {
     "a.gsi": (GSI, "control_points", ["P7", 1.5, -2.25, 3.5]),
     "a.sdr": (SDR, "control_points", ["P 7", 1.5, -2.25, 3.5]),
     "a.raw": (NIKON, "control_points", ["P 7", 1.5, -2.25, 3.5]),
+    "a.sim": (SIMA, "control_points", ["KP1", 1.5, -2.25, 3.5]),
     "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),
     "dico.xml": (DICO, "control_points", ["P1", 1.0, 2.0, 3.0, 0.01, 0.02, 0.03]),
     "mes.xml": (MEASURED, "image_points", ["a.tif", "P1", 5.5, 6.0]),

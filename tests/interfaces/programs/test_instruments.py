@@ -380,3 +380,32 @@ def test_an_order_or_a_unit_that_changes_is_refused(tmp_path):
     for unit, said in (("US Feet", "in feet"), ("cubits", "unit of lengths")):
         with pytest.raises(EinschaltError, match=said):
             read(tmp_path, "a.raw", f"{ordered}CO,Dist Units: {unit}\n{point}")
+
+
+@pytest.mark.parametrize("encoding", ["cp932", "utf-8", "utf-8-sig"])
+def test_points_of_sima_with_names_of_japanese(tmp_path, encoding):
+    text = "G00,03,現場,\nZ00,座標ﾃﾞｰﾀ,\nA00,\nA01,1,基準点 1,-2.250,1.500,3.500,\n"
+    text += "A01,2,,10.0,20.0\nA99,\nD00,1,12-3,1,\nB01,1,2,\n"
+    (tmp_path / "a.sim").write_bytes(text.encode(encoding))
+    found = read_foreign(tmp_path / "a.sim")
+    table = found.tables["control_points"]
+    assert table["point_id"].tolist() == ["基準点 1", "2"]
+    assert table["easting"].tolist() == [1.5, 20.0]  # Y
+    assert table["northing"].tolist() == [-2.25, 10.0]  # X
+    assert table["height"].iloc[0] == 3.5
+    assert "a.sim: 2 lines of parcels and routes left out" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("A01,1,P,1.0,x,", "row 4: 'A01,1,P,1.0,x,' is no point"),
+        ("A01,1,P,1.0", "row 4: .* is no point"),
+        ("A01,,,1.0,2.0,", "row 4: .* is no point"),
+        ("B01,1,2,", "holds no points"),
+    ],
+)
+def test_what_is_no_point_of_sima_is_refused(tmp_path, line, said):
+    (tmp_path / "a.sim").write_text(f"G00,01,a,\nZ00,b,\nA00,\n{line}\nA99,\n")
+    with pytest.raises(EinschaltError, match=said):
+        read_foreign(tmp_path / "a.sim")

@@ -38,6 +38,7 @@ PLACE = ["easting", "northing", "height"]
 SYSTEMS = {"a.vrt": 31467, "a.tif.aux.xml": 31467, "a.tif.points": 31255}
 SYSTEMS |= {"a.OPK": 2154, "ref.csv": 4326, "a.kml": 4326}
 AFTER_MANUAL = {
+    "a.sim",
     "a.con",
     "a.im",
     "geoin.dat",

@@ -25,7 +25,7 @@ AS_TEXT = (
 )
 
 # of total stations and survey programs, which measurements and codes fill as well
-BOOKS = (".rw5", ".are", ".job", ".idx", ".dc", ".fbk", ".crd", ".sim", ".sima")
+BOOKS = (".rw5", ".are", ".job", ".idx", ".dc", ".fbk", ".crd")
 AS_LIST = (
     "Export the points from the instrument or its program as a list of plain text: "
     "name, easting, northing, height, below a line of these names"

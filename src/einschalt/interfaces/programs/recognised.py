@@ -42,6 +42,7 @@ from einschalt.interfaces.programs import (
     photomodeler,
     pix4d,
     pix4d_cameras,
+    sima,
     sinex,
 )
 from einschalt.interfaces.programs.foreign import Foreign, in_unit_of_system
@@ -75,6 +76,7 @@ FORMATS = (
     Format("gsi", "GSI of Leica", leica_gsi.read_gsi, (".gsi",)),
     Format("sdr", "SDR of Sokkia", field_books.read_sdr, BOOKS, field_books.is_sdr),
     Format("nikon", "Nikon", field_books.read_nikon, BOOKS, field_books.is_nikon),
+    Format("sima", "SIMA", sima.read_sima, (".sim", ".sima", ".txt"), sima.is_sima),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
     Format(
