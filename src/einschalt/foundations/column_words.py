@@ -18,6 +18,13 @@ from einschalt.foundations.header_units import (
     may_be_in,
     parted_unit,
 )
+from einschalt.foundations.number_parsing import DEGREES
+from einschalt.foundations.words_of_countries import (
+    EASTING_IS_X,
+    LETTERED,
+    NORTHING_IS_X,
+    SOUTHING_IS_X,
+)
 from einschalt.foundations.words_of_surveyors import KINDS, WORDS
 
 WEAK_NAMES = WORDS["point_id"][""].split()
@@ -25,22 +32,29 @@ FIRST_NAME = WEAK_NAMES.index("name")  # before it are numbers
 WEIGHT = WEAK_NAMES.index("p")  # a code as well; behind it is no name
 # a Y and an X on the ground: which of them points to the east depends on the country
 LETTERS = {
-    "Y": "y ykoordinate koordinatey ykoord ycoord ycoordinate coordy coordonneey",
-    "X": "x xkoordinate koordinatex xkoord xcoord xcoordinate coordx coordonneex",
+    letter: {letter.lower(), *(one.format(letter.lower()) for one in LETTERED)}
+    for letter in "YX"
 }
 PLANE = ("easting", "northing")
 GEODETIC = {"Y": "easting", "X": "northing"}
 MATHEMATICAL = {"Y": "northing", "X": "easting"}
+# what Y and X are to the surveyors of a language, where all of them agree
+PRACTICE = dict.fromkeys(NORTHING_IS_X, GEODETIC)
+PRACTICE |= dict.fromkeys(EASTING_IS_X, MATHEMATICAL)
+ENGLISH = "en"  # its words stand in lists of all countries
 LONGEST_NAME = 60
 # systems and ways of measuring that programs write behind E, N and H
-ENDING = re.compile(
-    r"[\s_.,:/(\[-]+(gnss|gps|rtk|utm\d*[a-z]?|gk\d*|m(28|31|34)|mgi|dhdn|bmn|lv(03|95)"
-    r"|ch1903\+?|lambert93|l93|rgf93|etrs\d*|adria|nhn|dhhn\d*|ln02|evrf\d*)"
-    r"[)\]]?$",
-    re.IGNORECASE,
+SYSTEM = (
+    r"(?:gnss|gps|rtk|utm\d*[a-z]?|gk\d*|m(?:28|31|34)|mgi|dhdn|bmn|lv(?:03|95)"
+    r"|ch1903\+?|lambert\s?\d*|l93|rgf93|ngf|etrs\d*|adria|nhn|dhhn\d*|ln02|evrf\d*"
+    r"|rd(?:new)?|nap|taw|eov|eoma|d48|d96|htrs96|hdks|hvrs71|pl-?(?:1992|2000)"
+    r"|sweref\s?99\w*|rt90|rh\s?2000|nn\s?(?:1954|2000)|dvr90|n2000|n60|kron\w*"
+    r"|s-?jtsk|bpv|pt-?tm06|datum73|wgs\s?84|ahd|aod|m?aod|odn|asl|mba|amsl)"
 )
+ENDING = re.compile(rf"[\s_.,:/(\[-]+{SYSTEM}[)\]]?$", re.IGNORECASE)
+BEGINNING = re.compile(rf"^{SYSTEM}[\s_.:/-]+(?=\S)", re.IGNORECASE)
 METRES_ABOVE = re.compile(rf"[\s,]+m\s*{ABOVE}$", re.IGNORECASE)
-NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
+NUMERO = re.compile(r"\bn\.?[°º]")  # and not the N of northing
 # a letter beside a word, in brackets or behind a stroke: Rechtswert (Y), X (North)
 BETWEEN = r"\s*[(\[/_]\s*"
 WITH_LETTER = (
@@ -53,8 +67,10 @@ WITH_LETTER = (
         re.IGNORECASE,
     ),
 )
-PLACES = (*PLANE, "height")
+AXES = {"easting": "xye", "northing": "xyn", "height": "zh"}
+PLACES = tuple(AXES)
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
+UMLAUTS |= str.maketrans({"ø": "oe", "ł": "l", "đ": "d", "ı": "i"})  # have no parts
 
 
 def folded(word):
@@ -62,6 +78,8 @@ def folded(word):
 
     >>> folded("Pkt.-Nr."), folded("Höhe"), folded("Numéro"), folded("Paßpunkt")
     ('pktnr', 'hoehe', 'numero', 'passpunkt')
+    >>> folded("Współrzędna X"), folded("Høyde"), folded("Ｘ座標"), folded("σ E")
+    ('wspolrzednax', 'hoeyde', 'x座標', 'σe')
     """
     return _folded(str(word))
 
@@ -71,20 +89,28 @@ def _folded(word):
     small = unicodedata.normalize("NFC", word).casefold().translate(UMLAUTS)
     small = NUMERO.sub("no ", small)
     plain = unicodedata.normalize("NFKD", small)
-    return "".join(char for char in plain if char.isalnum() and char.isascii())
+    return "".join(char for char in plain if char.isalnum())
 
 
 def _by_word(table):
-    """Canonical name, language and rank of each word."""
+    """Canonical name of each word: the languages that have it, and its rank.
+
+    A word that stands among the weak ones is of no language.
+    """
+    found = {}
+    for name, languages in table.items():
+        for language, words in languages.items():
+            for rank, word in enumerate(words.split()):
+                known, first = found.get((name, folded(word)), (frozenset(), rank))
+                found[name, folded(word)] = known | {language}, min(rank, first)
     return {
-        (name, word): (language, rank)
-        for name, languages in table.items()
-        for language, words in languages.items()
-        for rank, word in enumerate(words.split())
+        key: (frozenset() if "" in known else known, rank)
+        for key, (known, rank) in found.items()
     }
 
 
 COLUMN_WORDS = _by_word(WORDS)
+WORDS_OF_ALL = {word for _, word in COLUMN_WORDS}.union(*LETTERS.values())
 KIND_WORDS = {word: kind for kind, word in _by_word(KINDS)}
 
 
@@ -97,17 +123,30 @@ def kind_of(word):
     return KIND_WORDS.get(folded(word))
 
 
+def is_word_of_a_table(name):
+    """Whether a word names a column in any table, its unit aside.
+
+    >>> is_word_of_a_table("Höhe [m]"), is_word_of_a_table("Ã")
+    (True, False)
+    """
+    word = parted_unit(_without_letter(_without_ending(name)), is_plain=True)[0]
+    return folded(word) in WORDS_OF_ALL
+
+
 @dataclass(frozen=True)
 class Meant:
     """What the names of a header mean."""
 
     names: tuple[str, ...]  # as the schema calls them, the others as they are
     translated: dict  # name of the schema: name in the header
-    is_german: bool = False
+    # what Y and X are to those who speak the language of the other names, and its code
+    practice: dict | None = None
+    language: str = ""
     # a Y and an X stand in the header, called northing and easting for the time being
     letters: tuple[str, str] | None = None
     is_by_place: bool = False  # there are no names; the letters are positions
     units: dict = field(default_factory=dict)  # of lengths, by the schema's names
+    angles: dict = field(default_factory=dict)  # units of angles, likewise
 
 
 def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
@@ -122,7 +161,7 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
     free = [n for n in schema.names if n not in taken and n not in names]
     own = set(schema.names) - set(taken)
     rest = [k for k, n in enumerate(names) if n not in own and k not in taken.values()]
-    languages = set()
+    languages = []  # of each word
     for name in free:
         found = _candidates(names, rest, schema, name)
         if len(found) > 1:
@@ -130,11 +169,12 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
         for language, place, _ in found:
             taken[name] = place
             rest.remove(place)
-            languages.add(language)
+            languages.append(language)
     letters = _letters(names, rest, schema, taken)
     if letters is not None:
         taken |= {MATHEMATICAL[letter]: place for letter, place in letters.items()}
     _untangle_h(names, schema, taken)
+    _untangle_p(names, schema, taken)
     # a column that another one was named for keeps no name of the schema
     meant = [
         f"{n} (not used)" if taken.get(n, k) != k else n for k, n in enumerate(names)
@@ -144,9 +184,11 @@ def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
     return Meant(
         tuple(meant),
         {name: names[place] for name, place in sorted(taken.items(), key=_place)},
-        is_german="de" in languages and not languages & {"fr", "it"},
+        practice=PRACTICE.get(language := _language(languages)),
+        language=language,
         letters=None if letters is None else tuple(names[letters[k]] for k in "YX"),
-        units=_units(names, taken, given or {}, schema),
+        units=_units(names, taken, given or {}, schema, is_length),
+        angles=_units(names, taken, given or {}, schema, DEGREES.__eq__),
     )
 
 
@@ -170,6 +212,21 @@ def columns_by_place(names, usual, schema, given=None, *, source="") -> Meant:
         letters=(places["northing"], places["easting"]),
         is_by_place=True,
     )
+
+
+def _language(words):
+    """Language of all the words of a header; empty where it is open what Y and X are.
+
+    ``words``: for each of them the languages that have it, none of a weak one. English
+    words stand in lists of all countries.
+    """
+    known = [one for one in words if one and ENGLISH not in one]
+    common = frozenset.intersection(*known) if known else frozenset()
+    told = [one for one in (*PRACTICE, *SOUTHING_IS_X) if one in common]
+    if "de" in told:
+        return "de"
+    is_agreed = len({str(PRACTICE.get(one)) for one in common}) == 1
+    return told[0] if told and is_agreed else ""
 
 
 def _place(item):
@@ -240,7 +297,7 @@ def _fitting(words, name):
         if key in COLUMN_WORDS:
             found.append((COLUMN_WORDS[key][0], place, COLUMN_WORDS[key][1]))
         elif word == folded(name):
-            found.append(("en", place, 0))
+            found.append((frozenset({ENGLISH}), place, 0))
     return found
 
 
@@ -251,6 +308,8 @@ def _without_ending(name):
 
     >>> _without_ending("Y GK M34"), _without_ending("E_GNSS"), _without_ending("GNSS")
     ('Y', 'E', 'GNSS')
+    >>> _without_ending("EOV Y"), _without_ending("Z (NAP)")
+    ('Y', 'Z')
     >>> _without_ending("Höhe m ü. A.")
     'Höhe'
     """
@@ -259,7 +318,7 @@ def _without_ending(name):
     name = METRES_ABOVE.sub("", unicodedata.normalize("NFC", name))
     while (plain := ENDING.sub("", name)) != name:
         name = plain
-    return name
+    return BEGINNING.sub("", name)
 
 
 def _without_letter(name):
@@ -290,8 +349,7 @@ def _tells_more(word, found):
         return False
     if len(word) == 1:
         return word in "en" and letter in "xy" and "_" not in found[0]
-    is_height = meant == ["height"]
-    return letter in ("zh" if is_height else "xy") or letter == word[0]
+    return letter in AXES[meant[0]] or letter == word[0]
 
 
 def _word_in(name, unit, *, is_plain=False):
@@ -328,13 +386,16 @@ def in_other_unit(names, schema, name):
     return None
 
 
-def _units(names, taken, given, schema):
-    """Units that stand behind the names of columns, by the schema's names."""
+def _units(names, taken, given, schema, is_meant):
+    """Units that stand behind the names of columns, by the schema's names.
+
+    ``is_meant``: whether it is one of a column with the unit of the schema.
+    """
     of_column = {column.name: column.unit for column in schema.columns}
     said = {
         name: parted_unit(names[place], is_plain=name not in given)[1]
         for name, place in taken.items()
-        if is_length(of_column[name])
+        if is_meant(of_column[name])
     }
     # what else stands in brackets, such as a year, is a part of a name that was given
     return {n: u for n, u in said.items() if u is not None and is_unit(u)}
@@ -349,7 +410,7 @@ def _letters(names, rest, schema, taken):
     for is_plain in (False, True):
         shown = {k: _word_in(names[k], unit, is_plain=is_plain) for k in rest}
         found = {
-            letter: [k for k in rest if shown[k] in words.split()]
+            letter: [k for k in rest if shown[k] in words]
             for letter, words in LETTERS.items()
         }
         if all(len(places) == 1 for places in found.values()):
@@ -369,6 +430,19 @@ def _untangle_h(names, schema, taken):
             if "z" in words:
                 taken["height"] = words.index("z")
         taken |= {"easting": words.index("r"), "northing": words.index("h")}
+
+
+def _untangle_p(names, schema, taken):
+    """M and P are distances to the meridian and its perpendicular in Portugal."""
+    unit = next((c.unit for c in schema.columns if c.name in PLANE), "")
+    words = [_word_in(name, unit) for name in names]
+    is_pair = words.count("m") == words.count("p") == 1
+    has_plane = any(name in names or name in taken for name in PLANE)
+    if not is_pair or has_plane or not set(PLANE) <= set(schema.names):
+        return
+    pair = {"easting": words.index("m"), "northing": words.index("p")}
+    if "point_id" in taken and taken["point_id"] not in pair.values():
+        taken |= pair
 
 
 def _two_meant(name, found, where):

@@ -21,6 +21,9 @@ SPELLED = {
     "km": "kilometer kilometern kilometre kilometres kilometers kilomètres chilometri",
     "um": "μm mikrometer micrometre micrometres micron microns mikron",
     PIXELS: "pixel pixels pix",
+    "D.MMSS": "dms gms d.mmss dd.mmss ddd.mmss d.mmssss dd.mmssss ddd.mmssss "
+    "d.mmsssss dd.mmsssss ddd.mmsssss",
+    "deg": "dd degrees",
     "ft": "feet foot fuss fuß",
     "US ft": "usft ftus us-ft us_ft sft",
 }
@@ -49,6 +52,15 @@ ABOVE = (
 )
 LENGTH_ABOVE = re.compile(rf"(m|cm|mm)\s*{ABOVE}", re.IGNORECASE)
 DEGREES = {"deg", "°"}
+# degrees, minutes, seconds as pocket calculators have them: 47.1234 is 47° 12' 34"
+PACKED = "D.MMSS"
+PACKED_WORD = re.compile(
+    r"""[dg]{1,3}[.,]\s?mms+([.,]s+)?|[dg]ms|°\s?['′]\s?["″]""", re.IGNORECASE
+)
+DECIMAL_WORDS = re.compile(
+    r"dd|[dg]{1,3}[.,][dg]+|dec\w*\s?deg\w*|degr?\w*|dezimalgrad|°\s?dez\w*",
+    re.IGNORECASE,
+)
 OF_A_SYSTEM = " units"  # behind the name of that of a reference system
 GONS = {"gon", "grad", "grads"}
 # that measure something, and in which no column is read, or not every one
@@ -66,11 +78,17 @@ def plain_unit(text):
 
     >>> plain_unit("[m ü. A.]"), plain_unit("(mm)"), plain_unit("Meter")
     ('m', 'mm', 'm')
+    >>> plain_unit("(DDD.MMSSsss)"), plain_unit("[decimal degrees]"), plain_unit("DMS")
+    ('D.MMSS', 'deg', 'D.MMSS')
     """
     unit = unicodedata.normalize("NFKC", text[:LONGEST_NAME]).strip("[](){}<> ")
     above = LENGTH_ABOVE.fullmatch(unit)
     unit = unit if above is None else above[1].lower()
     unit = re.sub(r"^in\s+", "", unit)
+    if PACKED_WORD.fullmatch(unit):
+        return PACKED
+    if DECIMAL_WORDS.fullmatch(unit):
+        return "deg"
     return SIGNS.get(unit.casefold(), unit)
 
 
@@ -117,7 +135,7 @@ def may_be_in(said, unit):
         return said in GONS
     if unit.endswith(OF_A_SYSTEM):
         return _is_of_system(said, unit.removesuffix(OF_A_SYSTEM).casefold())
-    return unit == "degrees" and said in DEGREES
+    return unit == "degrees" and (said in DEGREES or said == PACKED)
 
 
 def _is_of_system(said, name):

@@ -137,19 +137,27 @@ def _with_usual_axes(crs):
     against = [a.direction for a in crs.axis_info[:2] if a.direction in AGAINST]
     if not against:
         return crs
+    twin = _east_north(crs)
     raise ProjectionError(
         f"crs = {system_label(crs)} has axes to the {' and '.join(against)}",
         expected="axes to the east and north",
-        remedy=f"Give the coordinates in a system with these, such as {_usual(crs)}",
+        remedy=f"Give the coordinates in a system with these, such as {_usual(crs)}"
+        if twin is None
+        else f"Name {system_label(twin)} in its place: lists whose Y and X count to "
+        "the west and south are read as they are",
     )
 
 
-def _usual(crs):
-    """A system of the same place with axes to the east and north, by name and code."""
+def _east_north(crs):
+    """The same system with axes to the east and north; None where PROJ has none."""
     try:
-        return system_label(pyproj.CRS.from_user_input(f"{crs.name} East North"))
+        return pyproj.CRS.from_user_input(f"{crs.name} East North")
     except pyproj.exceptions.CRSError:
-        pass  # most have no such variant
+        return None
+
+
+def _usual(crs):
+    """Another system of the same place with axes to the east and north."""
     area = crs.area_of_use
     if area is None or max(area.north, -area.south) >= POLE:
         return "the UTM zone of the place"

@@ -1,21 +1,24 @@
 """Words of surveyors for columns of tables and for kinds of points, folded.
 
-German, English, French and Italian. A word that may mean several things is not here:
-precision stands under many names, and only its owner knows whether it is total or of
-one coordinate.
+German, English, French and Italian here, further languages from words_of_countries. A
+word that may mean several things is not here: precision stands under many names, and
+only its owner knows whether it is total or of one coordinate.
 """
 
+from einschalt.foundations import words_of_countries
+
 # canonical name: words by language; each list stands in the order of preference
-WORDS = {
+OWN_WORDS = {
     "point_id": {
         "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
         "punktkennung ptnr punkt pkt",
         "en": "pointid pointnumber pointno pointnr pointname pointref point pt ptid "
-        "ptno ptnumber ptname opid gcp gcpid gcpname gcplabel label",
+        "pnt ptno ptnumber ptname opid gcp gcpid gcpname gcplabel label",
         "fr": "numerodupoint nodupoint numeropoint numpoint nopoint nomdupoint "
         "nompoint matricule",
         "it": "numeropunto numpunto nomepunto nrpunto punto",
-        "": "id nr no num nummer number numero name nom nome p",
+        "": "id nr no num nummer number numero numer broj stevilka numar 番号 name nom "
+        "nome nombre namn navn naam nazwa nazev ime nimi nev 名称 stn station p",
     },
     "easting": {
         "de": "rechtswert ostwert rw ost rechts",
@@ -35,7 +38,8 @@ WORDS = {
     "latitude": {"de": "breite", "en": "latitude lat", "it": "latitudine"},
     "height": {
         "de": "hoehe meereshoehe gebrauchshoehe orthometrischehoehe",
-        "en": "height elevation elev altitude alt pointz orthometricheight orthoheight",
+        "en": "height elevation elev altitude alt pointz orthometricheight orthoheight "
+        "reducedlevel rl level ht ahd",
         "fr": "hauteur cote",
         "it": "quota altezza altitudine",
         "": "h z",
@@ -89,7 +93,7 @@ WORDS = {
         "it": "parallassey parallasseverticale",
     },
 }
-KINDS = {
+OWN_KINDS = {
     "control": {
         "de": "passpunkt vollpasspunkt lagepasspunkt festpunkt pp",
         "en": "control controlpoint groundcontrolpoint gcp",
@@ -108,4 +112,26 @@ KINDS = {
         "fr": "pointnouveau nouveaupoint pointdeliaison",
         "it": "puntonuovo puntodilegame",
     },
+}
+
+
+def _with_countries(own, countries):
+    """Words by name and language, those of all countries behind the own ones."""
+    found = {name: dict(languages) for name, languages in own.items()}
+    for language, columns in countries.items():
+        for name, words in columns.items():
+            found[name][language] = words
+    return {name: _weak_last(languages) for name, languages in found.items()}
+
+
+def _weak_last(languages):
+    """Languages in order, with the words that are used if there are no others last."""
+    weak = languages.pop("", None)
+    return languages if weak is None else languages | {"": weak}
+
+
+WORDS = _with_countries(OWN_WORDS, words_of_countries.COLUMNS)
+KINDS = {
+    kind: languages | words_of_countries.KINDS[kind]
+    for kind, languages in OWN_KINDS.items()
 }

@@ -39,6 +39,7 @@ from einschalt.interfaces.files.points_of_systems import require_columns, schema
 from einschalt.interfaces.files.result_folder import write_report, write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
+from einschalt.interfaces.files.written_angles import WAYS
 from einschalt.interfaces.notebook import cards
 from einschalt.interfaces.notebook.geodataframe import points_with_geometry
 from einschalt.interfaces.notebook.result_plots import ResultPlots
@@ -280,6 +281,7 @@ def read_points(
     sheet: str | None = None,
     decimal: Literal[",", "."] | None = None,
     crs: str | None = None,
+    angles: Literal["degrees", "D.MMSS"] | None = None,
 ) -> pd.DataFrame:
     """Read ground points from a table, a sheet or a layer, by any known column names.
 
@@ -289,8 +291,8 @@ def read_points(
         .csv, .txt, .tsv, .parquet, .xlsx, .ods, .gpkg, .shp or .geojson; or a file of
         another program that einschalt convert reads, such as .dxf or LandXML.
     columns : Mapping, optional
-        What columns are called: ``{"easting": "Rechtswert"}``. Usual German, English,
-        French and Italian names are known (docs/tables.md).
+        What columns are called: ``{"easting": "Rechtswert"}``. Usual names in twenty
+        languages are known (docs/tables.md).
     layer, sheet : str, optional
         Of a file that has several.
     decimal : {",", "."}, optional
@@ -298,6 +300,9 @@ def read_points(
     crs : str, optional
         System of the coordinates: it tells what Y and X are, and their unit.
         Of a geographic one longitude and latitude are read.
+    angles : {"degrees", "D.MMSS"}, optional
+        How these are written, where neither the header nor the numbers tell:
+        47.123456 is 47°12'34.56" as D.MMSS.
 
     Returns
     -------
@@ -317,11 +322,14 @@ def read_points(
         require_text("columns", name, expected="names, as text")
         require_text("columns", column, expected="names, as text")
     texts = {"layer": layer, "sheet": sheet, "decimal": decimal, "crs": crs}
+    texts |= {"angles": angles}
     for name, text in texts.items():
         if text is not None:
             require_text(name, text, expected="a text, or nothing")
     if decimal is not None:
         require_choice("decimal", decimal, (",", "."))
+    if angles is not None:
+        require_choice("angles", angles, WAYS)
     schema, system = CONTROL_POINTS, None if crs is None else read_source_crs(crs)
     schema = schema if system is None else schema_in(schema, system)
     path = as_path("path", path)
@@ -330,7 +338,7 @@ def read_points(
         if foreign is not None:
             return _foreign_points(foreign, path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))
-    said = Said(columns, sheet, layer, decimal, crs)
+    said = Said(columns, sheet, layer, decimal, crs, angles=angles)
     try:
         table = understand_table(path, schema, said, beside=beside)
     except EinschaltError as error:

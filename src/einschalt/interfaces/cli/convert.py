@@ -65,6 +65,13 @@ def convert(
         Literal[",", "."] | None,
         typer.Option(show_default="by the table", help="Decimal sign of the numbers."),
     ] = None,
+    angles: Annotated[
+        Literal["degrees", "D.MMSS"] | None,
+        typer.Option(
+            show_default="by the table",
+            help="How longitudes and latitudes are written, if it is ambiguous.",
+        ),
+    ] = None,
 ):
     """Convert the measurements of another program to plain tables.
 

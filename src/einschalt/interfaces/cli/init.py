@@ -85,6 +85,10 @@ def init(
     decimal: _asked(
         Literal[",", "."], "Decimal sign of the numbers, if it is ambiguous."
     ) = None,
+    angles: _asked(
+        Literal["degrees", "D.MMSS"],
+        "How longitudes and latitudes are written, if it is ambiguous.",
+    ) = None,
 ):
     """Write a first block.toml from the contents of files.
 

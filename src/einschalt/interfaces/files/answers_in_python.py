@@ -4,6 +4,10 @@
 OF_ARGUMENTS = {
     'Say which: layer = "': "Say which by the argument layer",
     'Say which: sheet = "': "Say which by the argument sheet",
+    "Say crs, such as EPSG:5514": (
+        'Give crs, such as "EPSG:5514" for S-JTSK, or columns={"easting": …, '
+        '"northing": …}'
+    ),
     "Say columns = {easting": (
         'Give columns={"easting": …, "northing": …}, or the crs, which tells its axes'
     ),
@@ -15,6 +19,10 @@ OF_ARGUMENTS = {
         "are read then"
     ),
     "Correct columns in block.toml": "Correct columns",
+    'Say angles = "D.MMSS"': (
+        'Give angles="D.MMSS" or angles="degrees", or write [D.MMSS] or [deg] behind '
+        "the names in the header"
+    ),
     'Say decimal = ","': (
         'Give decimal="," if they are decimal commas; otherwise take them out'
     ),

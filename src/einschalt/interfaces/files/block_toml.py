@@ -90,6 +90,10 @@ class TableKeys(_Section):
     decimal: Literal[",", "."] | None = Field(
         default=None, description='"," or ".", where the table does not tell'
     )
+    angles: Literal["degrees", "D.MMSS"] | None = Field(
+        default=None,
+        description='"degrees" or "D.MMSS", of longitudes and latitudes',
+    )
     where: dict[str, str] | None = Field(
         default=None, description='a column and a value as in {Flug = "tief"}'
     )
@@ -184,7 +188,7 @@ def said_of(keys, crs=None, unit=None) -> Said:
         return Said(crs=crs, unit=unit)
     columns, where = keys.columns or {}, keys.where or {}
     parts = (keys.sheet, keys.layer, keys.decimal)
-    return Said(columns, *parts, crs, unit, where=where)
+    return Said(columns, *parts, crs, unit, where=where, angles=keys.angles)
 
 
 def named_file(value):

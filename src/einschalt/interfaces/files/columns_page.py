@@ -110,7 +110,27 @@ EXAMPLES = {
     "transformation": "affine",
 }
 LANGUAGES = mark_each(
-    {"de": "German", "en": "English", "fr": "French", "it": "Italian"}
+    {
+        "de": "German",
+        "en": "English",
+        "fr": "French",
+        "it": "Italian",
+        "es": "Spanish",
+        "pt": "Portuguese",
+        "pl": "Polish",
+        "nl": "Dutch",
+        "cs": "Czech and Slovak",
+        "hu": "Hungarian",
+        "sl": "Slovene",
+        "hr": "Croatian",
+        "sv": "Swedish",
+        "no": "Norwegian",
+        "da": "Danish",
+        "fi": "Finnish",
+        "ro": "Romanian",
+        "tr": "Turkish",
+        "ja": "Japanese and Chinese",
+    }
 )
 WRITTEN = {"models": "transformations of the models, and how they fit"}
 ALL = "all"

@@ -8,6 +8,7 @@ import csv
 import io
 import re
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from einschalt.foundations.decimal_commas import is_measure
 from einschalt.foundations.display_names import shortened
@@ -32,6 +33,10 @@ SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?\s*', re.IGNORECASE)  # of Excel
 BEFORE_NAMES = re.compile(r"^\s*(format|columns|spalten)\s*:", re.IGNORECASE)
 BLANK = " "
 BLANKS = re.compile(rb"[ \t]+")
+WIDE_BLANKS = re.compile(r"\s*\t\s*|\s{2,}")  # between columns whose cells have blanks
+# a line below the names, or between parts, of a list that was printed
+RULE = re.compile(r"[\s|+;,]*[-=_*~\u2500-\u257f]{3,}[-=_*~\u2500-\u257f|+;,\s]*")
+HAS_WORD = re.compile(r"[^\W\d_]{3}")  # no line of numbers is a title
 MOST_COLUMNS = 1000
 FEWEST_VALUES = 2  # of a line that has values in place of names
 
@@ -47,6 +52,15 @@ class Header:
     # of a list without names: positions of what is no coordinate
     usual: dict | None = field(default=None)
     is_by_blanks: bool = False  # in the file; the separator is what replaced them
+    titles: tuple[str, ...] = ()  # lines above the names, as pages may repeat them
+
+    @cached_property
+    def title_of_a_page(self):
+        """What matches a line that repeats a title, whatever its numbers are."""
+        if not self.titles:
+            return None
+        patterns = (r"\s+".join(map(_any_digits, one.split())) for one in self.titles)
+        return re.compile(rf"[^\S\n]*(?:{'|'.join(patterns)})\s*$")
 
     @property
     def shown_separator(self):
@@ -69,8 +83,30 @@ def read_header(data, schema, said, source):
             header.names.pop()
     if header.separator != BLANK:
         return data, header
-    data = b"\n".join(BLANKS.sub(b"\t", one.strip()) for one in data.splitlines())
+    blanks = BLANKS
+    if _are_wide(header, lines[header.end + 1 - row :]):
+        blanks = re.compile(WIDE_BLANKS.pattern.encode())
+    data = b"\n".join(blanks.sub(b"\t", one.strip()) for one in data.splitlines())
     return data, replace(header, separator="\t", is_by_blanks=True)
+
+
+def _any_digits(word):
+    """Pattern of a word in which numbers may differ, as of pages and dates."""
+    return re.sub(r"\d+", r"\\d+", re.escape(word))
+
+
+def _are_wide(header, lines):
+    """Whether only gaps of two blanks part lines into as many values as names."""
+    title = header.title_of_a_page
+    values = [
+        one.strip()
+        for one in lines
+        if one.strip() and not RULE.fullmatch(one) and not (title and title.match(one))
+    ]
+    n_names = len(header.names)
+    if not values or all(len(one.split()) == n_names for one in values):
+        return False
+    return all(len(WIDE_BLANKS.split(one)) == n_names for one in values)
 
 
 def _head(data):
@@ -145,6 +181,12 @@ def _known(lines, row, separator, schema, said):
     separators = [separator or _separator_of(line) for line in lines]
     rows = [_parted(*pair) for pair in zip(lines, separators, strict=True)]
     found = place_of_header(rows, schema, said)
+    by_gaps = [
+        WIDE_BLANKS.split(line.strip()) if sign == BLANK else cells
+        for line, sign, cells in zip(lines, separators, rows, strict=True)
+    ]
+    if by_gaps != rows:
+        found = _fitting(found, place_of_header(by_gaps, schema, said), lines)
     if found is None:
         return None
     place, names = found
@@ -155,7 +197,30 @@ def _known(lines, row, separator, schema, said):
         if rows[place + 1 :]
         else None
     )
-    return Header(units or names, parted, row + place, end + (units is not None))
+    titles = [one for one in lines[:place] if HAS_WORD.search(one)]
+    if parted == BLANK and len(lines[place].split()) != len(names):
+        titles.append(
+            lines[place]
+        )  # once more, it would be no row as long as the names
+    return Header(
+        units or names,
+        parted,
+        row + place,
+        end + (units is not None),
+        titles=tuple(titles),
+    )
+
+
+def _fitting(by_words, by_gaps, lines):
+    """The header whose names are as many as the values below it, of two readings.
+
+    One whose words are all names, and one whose names have blanks; each may be None.
+    """
+    if by_words is None or by_gaps is None:
+        return by_words or by_gaps
+    below = (one for one in lines[by_words[0] + 1 :] if not RULE.fullmatch(one))
+    n_values = next((len(one.split()) for one in below if one.strip()), 0)
+    return by_gaps if len(by_gaps[1]) == n_values else by_words
 
 
 def _in_comment(comment, line, separator, row, meant):

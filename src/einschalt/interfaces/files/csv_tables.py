@@ -31,7 +31,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import table_as_arrow
 from einschalt.interfaces.files.atomic import replacing
-from einschalt.interfaces.files.csv_headers import COMMENT, read_header
+from einschalt.interfaces.files.csv_headers import COMMENT, RULE, read_header
 from einschalt.interfaces.files.csv_parts import (
     count_byte,
     read_fast,
@@ -53,8 +53,6 @@ QUOTE_IN_TEXT = re.compile(
 )
 SPECIAL = '",\r\n'
 AS_FORMULA = r'^="(.*)"$'
-# a line below the names, or between parts, of a list that was printed
-RULE = re.compile(r"[\s|+]*[-=_]{3,}[-=_|+\s]*")
 NEEDS_QUOTES = f"[{SPECIAL}]|^{COMMENT}"
 SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
 FORMULA = f"^[\t\r]*[{SIGNS}]"
@@ -144,11 +142,20 @@ def _is_plain(data, header):
         and (not n_returns or n_returns == data.count(b"\r\n"))
         and not (b'"' in data and QUOTE_IN_TEXT.search(data))
         and not (b"#" in data and _has_comment(data, header))
+        and not _has_titles(data, header)
     )
 
 
 def _has_comment(data, header):
     return data.find(b"\n#", start_of_line(data, header.end + 1) - 1) >= 0
+
+
+def _has_titles(data, header):
+    """Whether a line below the names repeats one above them, as of a further page."""
+    if header.title_of_a_page is None:
+        return False
+    lines = data[start_of_line(data, header.end + 1) :].decode("utf-8")
+    return re.search(rf"(?m)^{header.title_of_a_page.pattern}", lines) is not None
 
 
 class _Rows:
@@ -163,6 +170,7 @@ class _Rows:
         self.ragged = []
         self.comments = []
         self.rules = []
+        self.titles = []  # of further pages
         self.is_open = False  # whether a row goes on, since a quote is open
 
     def read(self, data):
@@ -193,12 +201,19 @@ class _Rows:
                 continue
             is_comment = line.startswith(COMMENT) and not self.is_open
             is_rule = not self.is_open and RULE.fullmatch(line) is not None
+            is_title = not self.is_open and self._is_title(line)
             self.is_open = True
             if is_comment:
                 self.comments.append(row)
             if is_rule:
                 self.rules.append(row)
-            yield "\n" if is_comment or is_rule else line
+            if is_title:
+                self.titles.append(row)
+            yield "\n" if is_comment or is_rule or is_title else line
+
+    def _is_title(self, line):
+        title = self.header.title_of_a_page
+        return title is not None and title.match(line) is not None
 
     @property
     def notes(self):
@@ -210,6 +225,9 @@ class _Rows:
         if self.rules:
             rows = name_some(self.rules)
             notes.append(f"{self.source}: rows of dashes left out: {rows}")
+        if self.titles:
+            rows = name_some(self.titles)
+            notes.append(f"{self.source}: rows repeating the title left out: {rows}")
         return notes
 
     def raise_problems(self, frame, schema):

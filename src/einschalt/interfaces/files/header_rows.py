@@ -10,6 +10,7 @@ from einschalt.foundations.header_units import (
     DEGREES,
     GONS,
     METRES_PER_LENGTH,
+    PACKED,
     PIXELS,
     plain_unit,
 )
@@ -17,7 +18,7 @@ from einschalt.interfaces.files.understood_tables import is_whole_header
 
 HEAD_ROWS = 30  # in which the names of the columns must stand
 LENGTHS = {*METRES_PER_LENGTH, "ft", "US ft", PIXELS}
-UNITS = {*LENGTHS, *DEGREES, *GONS}
+UNITS = {*LENGTHS, *DEGREES, *GONS, PACKED}
 FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}
 FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
@@ -80,7 +81,8 @@ def with_units(names, cells):
     is_each = {*units} <= UNITS | NO_UNITS
     # words such as Text or Nr. may stand beside: a point has no unit for a coordinate
     is_row = n_lengths >= FEWEST_UNITS and not any(map(is_measure, cells))
-    if not (n_lengths and (is_each or is_row) and len(names) == len(units)):
+    has_units = not UNITS.isdisjoint(units)
+    if not (has_units and (is_each or is_row) and len(names) == len(units)):
         return None
     pairs = zip(names, units, strict=True)
     return [f"{n} [{unit}]" if n and unit in UNITS else n for n, unit in pairs]

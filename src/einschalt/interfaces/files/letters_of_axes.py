@@ -14,8 +14,20 @@ from einschalt.foundations.errors import ProjectionError, TableError
 from einschalt.foundations.projections import axis_letters, is_of_krovak, label_of
 from einschalt.foundations.tables import LINE
 from einschalt.foundations.units import METRES_PER_KM
+from einschalt.foundations.words_of_countries import SOUTHING_IS_X
 from einschalt.interfaces.files.lists_without_names import HEIGHT, HIGHEST_M
 
+AS_TABLES = {
+    "de": "as German tables have them",
+    "pl": "as Polish tables have them",
+    "sl": "as Slovene tables have them",
+    "hr": "as Croatian tables have them",
+    "hu": "as Hungarian tables have them",
+    "ro": "as Romanian tables have them",
+    "tr": "as Turkish tables have them",
+    "ja": "as Japanese and Chinese tables have them",
+    "nl": "as Dutch tables have them",
+}
 # of points of the earth's surface from its centre
 RADII_M = 6.34e6, 6.40e6
 
@@ -61,8 +73,9 @@ def with_axes(frame, crs, meant, source):
                 return counted, _note_of_signs(*names, crs, source)
         # who wrote them has not the axes of the map
         raise _question_of_axes(meant, source, frame.index.name == LINE)
-    if chosen is None and meant.is_german:
-        chosen, reason = turned, "as German tables have them"
+    if chosen is None and meant.practice is not None:
+        chosen = turned if meant.practice == GEODETIC else frame
+        reason = AS_TABLES[meant.language]
     if chosen is None:
         raise _question_of_axes(meant, source, frame.index.name == LINE)
     east = x if chosen is frame else y
@@ -163,9 +176,19 @@ def _question_of_axes(meant, source, has_lines):
             file=source,
             row=1 if has_lines else None,
         )
+    if meant.language in SOUTHING_IS_X:
+        return TableError(
+            f"columns '{y}' and '{x}': Czech and Slovak surveyors count them to the "
+            "west and to the south, and nothing here tells whether these are so",
+            expected="a system, or a word on them",
+            remedy="Say crs, such as EPSG:5514 for S-JTSK, which tells it; or columns "
+            f'= {{easting = "{y}", northing = "{x}"}} in block.toml for a local one',
+            file=source,
+            row=1 if has_lines else None,
+        )
     return TableError(
-        f"columns '{y}' and '{x}': which of them is the easting? Austria, Germany and "
-        "Switzerland write Y for it, most others X, and nothing else here tells",
+        f"columns '{y}' and '{x}': which of them is the easting? Central Europe and "
+        "Japan write Y for it, most others X, and nothing else here tells",
         expected="easting and northing by these names, or a word on them",
         remedy=f'Say columns = {{easting = "{y}", northing = "{x}"}} in block.toml, or '
         "the other way round",

@@ -287,7 +287,10 @@ def points_of(layer, schema, said, source) -> ReadTable:
     elif layer.geometry is not None:
         frame, meant, note = _with_geometry(frame, layer, meant, schema, source)
         notes.append(note)
-    table = understood(frame, schema, said, meant, source)
+    is_placed = layer.geometry is not None and said.columns.keys().isdisjoint(
+        COORDINATES
+    )
+    table = understood(frame, schema, said, meant, source, is_placed=is_placed)
     return ReadTable(table.frame, (*notes, *table.notes), crs)
 
 

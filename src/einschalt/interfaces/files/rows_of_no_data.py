@@ -1,4 +1,4 @@
-"""Rows of a table that are no data: headers once more, sums below the points.
+"""Rows of a table that are no data: headers once more, rulers, sums below the points.
 
 Tables that were put together of several repeat their header; one that was printed has a
 sum or a mean at its end, which looks like a point where its numbers are plausible.
@@ -11,18 +11,22 @@ import pyarrow.compute as pc
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import TableError
+from einschalt.foundations.errors import TableError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.tables import LINE
 
 NAMES = ("point_id", "model_id", "image_id")
+DASHES = r"^[-=_*~.\x{2500}-\x{257f}]{3,}$"  # a cell of a ruler, of whatever signs
 # as column_words.folded writes them
 SUMS = {
     *("summe", "gesamt", "gesamtsumme", "zwischensumme", "anzahl", "mittel"),
     *("mittelwert", "durchschnitt", "standardabweichung", "spannweite"),
     *("sum", "total", "subtotal", "count", "mean", "average", "grandtotal"),
     *("stddev", "stdev", "standarddeviation", "somme", "nombre", "moyenne"),
-    *("somma", "totale", "media"),
+    *("somma", "totale", "media", "suma", "promedio", "soma", "razem", "srednia"),
+    *("soucet", "celkem", "prumer", "totaal", "gemiddelde", "osszesen", "atlag"),
+    *("skupaj", "povprecje", "ukupno", "prosjek", "summa", "medelvaerde"),
+    *("gjennomsnitt", "gennemsnit", "yhteensae", "keskiarvo", "合計", "平均"),
 }
 AS_WRITTEN = sorted({f"{word}{end}" for word in SUMS for end in ("", ":", ".")})
 # which could be names of points, if they do not end the table
@@ -45,6 +49,30 @@ def without_headers(frame, schema, meant, source):
             return frame, None
     said = kept("{n:row|rows}", n=int(is_header.sum()))
     return frame[~is_header], f"{source}: {said} repeating the header left out"
+
+
+def without_rulers(frame, schema, source):
+    """The frame without rows in which all cells are dashes, and a note or None.
+
+    Such a row makes text of every column of numbers, so that others cost nothing.
+    """
+    once = [n for n in schema.number_names if list(frame.columns).count(n) == 1]
+    if not once or any(pd.api.types.is_numeric_dtype(frame[name]) for name in once):
+        return frame, None
+    is_ruler, is_blank = np.ones((2, len(frame)), dtype=bool)
+    for place in range(frame.shape[1]):
+        texts = _texts_of(frame.iloc[:, place])
+        is_empty = pc.equal(texts, "").to_numpy(zero_copy_only=False)
+        is_dashes = pc.match_substring_regex(texts, DASHES)
+        is_ruler &= is_empty | is_dashes.to_numpy(zero_copy_only=False)
+        is_blank &= is_empty
+        if not is_ruler.any():  # after the first column, as a rule
+            return frame, None
+    is_ruler &= ~is_blank
+    if not is_ruler.any():
+        return frame, None
+    rows = name_some(frame.index[is_ruler])
+    return frame[~is_ruler], f"{source}: rows of dashes left out: {rows}"
 
 
 def _are(series, word):

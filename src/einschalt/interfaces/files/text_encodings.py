@@ -2,12 +2,15 @@
 
 UTF-8 and UTF-16 can be told for certain, the one byte encodings of Windows by what they
 would make of the bytes: letters, degree signs and quotation marks where there are such.
+Those of Central Europe, Japan and China are taken where they make more names of columns
+of the first lines.
 """
 
 import codecs
 import re
 import unicodedata
 
+from einschalt.foundations.column_words import is_word_of_a_table
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.input_files import (
@@ -26,7 +29,16 @@ IN_WORD = re.compile(rf"[^\W\d_][{DOS_UMLAUTS}][^\W\d_]")
 ASCII = bytes(range(128))
 MOST_SHOWN = 30
 HEAD_OF_UTF16 = 4096
+# encodings that only names of columns speak for, and what they are called
+BY_WORDS = {
+    "cp1250": "Windows-1250",
+    "iso8859-2": "ISO 8859-2",
+    "cp932": "Shift-JIS",
+    "gbk": "GBK",
+}
 AS_WINDOWS = "read as Windows-1252 text, since it is no UTF-8"
+HEAD_LINES = 40  # in which the names of the columns stand
+BETWEEN_CELLS = re.compile(r"[;,|\t]|  +")
 
 
 def read_table_text(path, source):
@@ -42,13 +54,36 @@ def read_table_text(path, source):
         return require_text(encoded, source), f"{source}: read as UTF-16 text"
     if _is_utf8(data):
         return require_text(data, source, is_utf8=True), None
-    if UTF8_LETTER.search(data) or b"\0" in data:
-        return read_text_bytes(file, source), None  # which says what is no UTF-8
-    text = _as_windows(data)
+    text, said = (None, "") if b"\0" in data else _of_windows(data)
     if text is None:
-        return read_text_bytes(file, source), None
+        return read_text_bytes(file, source), None  # which says what is no UTF-8
     encoded = require_text(text.encode("utf-8"), source)
-    return encoded, f"{source}: {AS_WINDOWS}: {_first_word(data)!r}"
+    return encoded, f"{source}: {said}: {_first_word(text)!r}"
+
+
+def _of_windows(data):
+    """Text in an encoding of Windows, or another one of old, and how that is told."""
+    text = None if UTF8_LETTER.search(data) else _as_windows(data)
+    most, found = _n_words(text), (text, AS_WINDOWS)
+    lines = data.split(b"\n", HEAD_LINES)[:HEAD_LINES]
+    for encoding, called in BY_WORDS.items():
+        head = b"\n".join(lines).decode(encoding, errors="replace")
+        if _n_words(head) <= most:
+            continue
+        try:
+            known = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        said = f"read as {called} text, since only so its columns have names"
+        most, found = _n_words(head), (known, said)
+    return found
+
+
+def _n_words(text):
+    """How many words of columns with other letters than ASCII begin a text."""
+    lines = [] if text is None else text.split("\n", HEAD_LINES)[:HEAD_LINES]
+    cells = {cell.strip(" \"'\r") for one in lines for cell in BETWEEN_CELLS.split(one)}
+    return sum(not cell.isascii() and is_word_of_a_table(cell) for cell in cells)
 
 
 def _is_utf8(data):
@@ -103,10 +138,10 @@ def _as_windows(data):
     return text
 
 
-def _first_word(data):
+def _first_word(text):
     """The first word with a letter that is no ASCII, for a note."""
-    place = next(re.finditer(rb"[\x80-\xff]", data)).start()
+    place = next(re.finditer(r"[^\x00-\x7f]", text)).start()
     start, end = max(place - MOST_SHOWN, 0), place + MOST_SHOWN
-    before = re.split(rb"[;,\s]", data[start:place])[-1]
-    after = re.split(rb"[;,\s]", data[place:end])[0]
-    return shortened((before + after).decode("cp1252"))
+    before = re.split(r"[;,\s]", text[start:place])[-1]
+    after = re.split(r"[;,\s]", text[place:end])[0]
+    return shortened(before + after)

@@ -40,8 +40,12 @@ from einschalt.interfaces.files.header_lengths import (
 )
 from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
-from einschalt.interfaces.files.rows_of_no_data import refuse_footer, without_headers
-from einschalt.interfaces.files.written_angles import in_degrees
+from einschalt.interfaces.files.rows_of_no_data import (
+    refuse_footer,
+    without_headers,
+    without_rulers,
+)
+from einschalt.interfaces.files.written_angles import in_degrees, packed_in_degrees
 
 ROLE = "role"
 NEW = "new"
@@ -61,6 +65,7 @@ class Said:
     unit: str | None = None  # of the models or images of its flight; px of a camera
     degrees_crs: str | None = None  # of longitudes and latitudes, in place of crs
     where: dict = field(default_factory=dict)  # of its rows alone: column and value
+    angles: str | None = None  # "degrees" or "D.MMSS", of longitudes and latitudes
 
 
 NOTHING_SAID = Said()
@@ -103,17 +108,23 @@ def meant_header(names, schema, said, source, row=None, *, usual=None):
     return columns_meant(names, schema, said.columns, source=source, row=row)
 
 
-def understood(frame, schema, said, meant, source, *, is_of_cells=False) -> ReadTable:
+def understood(
+    frame, schema, said, meant, source, *, is_of_cells=False, is_placed=False
+) -> ReadTable:
     """Understand values: decimal commas, the axes of Y and X, kinds of points.
 
-    ``is_of_cells``: of a workbook, whose numbers have a point whatever texts have.
+    ``is_of_cells``: of a workbook, whose numbers have a point whatever texts have;
+    ``is_placed``: coordinates are those of a geometry, whose degrees are decimal ones.
     ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
+    frame, rulers = without_rulers(frame, schema, source)
     refuse_footer(frame, source)
     frame, repeated = without_headers(frame, schema, meant, source)
     frame, angles = in_degrees(frame, schema, source)
     frame, notes = _with_points(frame, schema, said, source, is_of_cells)
-    notes[:0] = [repeated, angles]
+    if angles is None and not is_placed:
+        frame, angles = packed_in_degrees(frame, meant, schema, said.angles, source)
+    notes[:0] = [rulers, repeated, angles]
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
     require_unit_of_heights(frame, meant, said.crs, source)

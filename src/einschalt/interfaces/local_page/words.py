@@ -109,6 +109,13 @@ INSTEAD_OF_OPTIONS = mark_each(
             "Choose the decimal sign below, if they are decimal commas; otherwise take "
             "them out"
         ),
+        "Say crs, such as EPSG:5514": (
+            "Choose the system below, such as EPSG:5514 for S-JTSK, or name the two "
+            "columns for a local one"
+        ),
+        'Say angles = "D.MMSS"': (
+            "Write [D.MMSS] or [deg] behind the names of the columns in the file"
+        ),
         "columns = {easting": "Name the column that is the easting, and the northing",
     }
 )

@@ -133,6 +133,7 @@ def _tables(proposal, section, folder):
             "sheet": table.said.sheet,
             "layer": table.said.layer,
             "decimal": table.said.decimal,
+            "angles": table.said.angles if "longitude" in table.frame else None,
             "columns": table.said.columns or None,
             "crs": _crs_of_degrees(table),
             "where": table.said.where or None,

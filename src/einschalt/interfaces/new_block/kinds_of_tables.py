@@ -17,6 +17,7 @@ from einschalt.interfaces.files.points_of_systems import (
     schema_in,
 )
 from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.written_angles import AnglesError
 
 # by what they require, the most particular first
 KINDS = {
@@ -128,6 +129,8 @@ def holds_degrees(file, said):
     schema = schema_in(KINDS["ground"], read_source_crs(point_layers.WGS_84))
     try:
         names = understand_table(file, schema, said, source=file.source).frame.columns
+    except AnglesError:
+        return True
     except EinschaltError:  # another kind of table: that is said
         return False
     return {c.name for c in schema.columns if c.is_required} <= set(names)

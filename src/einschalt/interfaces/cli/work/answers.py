@@ -1,6 +1,10 @@
 """Options that answer what is otherwise asked of block.toml."""
 
 COMMAS_ANSWERED = {
+    'Say angles = "D.MMSS"': (
+        "Give --angles D.MMSS or --angles degrees, or write [D.MMSS] or [deg] behind "
+        "the names in the header"
+    ),
     'decimal = ","': (
         "Give --decimal , if they are decimal commas; otherwise take them out"
     ),
@@ -15,6 +19,10 @@ OF_TABLES = COMMAS_ANSWERED | {
     ),
     "leave them out to take the geometry": (
         "Correct one of them in the layer, or export it without these columns"
+    ),
+    "Say crs, such as EPSG:5514": (
+        "Name the system by --crs, such as EPSG:5514 for S-JTSK, or call the two "
+        "columns easting and northing"
     ),
     "Say columns = {easting": (
         "Name the system by --crs, or write a line point_id, easting, northing, or the "

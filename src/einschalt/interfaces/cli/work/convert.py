@@ -41,7 +41,7 @@ LIST_SUFFIX = ".txt"
 CONTROL, IMAGES = "control_points.csv", "image_points.csv"
 
 
-def convert(given, output, *, kind, sheet, layer, crs, decimal):
+def convert(given, output, *, kind, sheet, layer, crs, decimal, angles):
     """Convert markers or a table; what was understood goes to standard error."""
     read_markers = marker_reader_of(given)
     # a list has no place for what else a program has measured
@@ -55,7 +55,7 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
         markers = _in_system(read_markers(given, given.name), crs, given)
         _convert_markers(markers, given, output)
         return
-    said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
+    said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal, angles=angles)
     try:
         found = look_at(given, said)
     except (TableError, FileError) as error:

@@ -53,6 +53,10 @@ OF_IMAGES = ("principal_distance_mm", PITCH)  # options of all flights with imag
 # what messages tell to say in block.toml, and the options of this command for it
 ANSWERS = {
     **COMMAS_ANSWERED,
+    "Say crs, such as EPSG:5514": (
+        "Give --crs, such as EPSG:5514 for S-JTSK, which tells it; or --easting and "
+        "--northing, the names of their columns, for a local one"
+    ),
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
 OTHER_SCALE = 0.1  # of logarithms: relief makes less
@@ -109,6 +113,7 @@ def _said(options):
     return Said(
         columns={axis: column for axis, column in given.items() if column is not None},
         decimal=options.pop("decimal"),
+        angles=options.pop("angles"),
         crs=options["crs"],
         degrees_crs=_of_degrees(options.pop("points_crs")),
     )
