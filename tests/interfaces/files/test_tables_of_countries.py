@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.column_words import folded
-from einschalt.foundations.errors import EinschaltError, TableError
+from einschalt.foundations.errors import EinschaltError, TableError, raise_problems
 from einschalt.foundations.projections import read_source_crs
-from einschalt.foundations.tables import CONTROL_POINTS, check_table
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_BASES, check_table
 from einschalt.interfaces.files.csv_tables import understand_csv
 from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.understood_tables import Said
@@ -206,6 +206,50 @@ def test_a_header_whose_names_have_blanks_between_gaps(tmp_path):
     table = read(tmp_path, text, "EPSG:5514", "cp1250")
     assert table.frame.iloc[0].tolist() == ["0001", -646099.78, -1060562.13, 219.88]
     assert "'Y' counts to the west" in " ".join(table.notes)
+
+
+COUNTED = "Punto;Est;Nord;Quota\n1;16,25;49,5;400,1\n2;17,5;49,75;-\n"
+
+
+@pytest.mark.parametrize(
+    "last", ["Totale punti: 2", "Totale: 2;;;", "Totale;2;;", "n. punti: 2 (due)"]
+)
+def test_a_last_line_that_counts_the_rows_is_none(tmp_path, last):
+    table = read(tmp_path, f"{COUNTED}{last}\n")
+    frame = check_table(table.frame, CONTROL_POINTS).frame
+    assert frame["point_id"].tolist() == ["1", "2"]
+    assert any("the last row, " in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "last", ["Totale punti: 3", "Totale: 3;;;", "2", "vedi foglio 1 di 2", "P2;3,5;;"]
+)
+def test_a_last_line_that_may_be_a_point_is_refused(tmp_path, last):
+    with pytest.raises(EinschaltError, match="row 4"):
+        raise_problems(
+            check_table(
+                read(tmp_path, f"{COUNTED}{last}\n").frame, CONTROL_POINTS, source="a"
+            ).problems
+        )
+
+
+def test_a_row_of_a_table_of_two_columns_counts_nothing(tmp_path):
+    path = tmp_path / "bases.csv"
+    path.write_text("model_id;base\n1/2;91,5\n2/3;92,5\nstrip;2\n", encoding="utf-8")
+    frame = understand_csv(path, MODEL_BASES, Said()).frame
+    assert frame["model_id"].tolist() == ["1/2", "2/3", "strip"]
+
+
+@pytest.mark.parametrize("filler", ["-", "--", "–", "n/a", "N.A.", "k. A.", "#NV"])
+def test_a_hyphen_for_a_height_is_none(tmp_path, filler):
+    table = read(tmp_path, f"Pkt;E;N;H\n1;16,25;49,5;400,1\n2;17,5;49,75;{filler}\n")
+    frame = check_table(table.frame, CONTROL_POINTS).frame
+    assert frame["height"].isna().tolist() == [False, True]
+    assert f"list.csv: taken for missing values: height {filler!r}" in table.notes
+    # a coordinate cannot be missing
+    table = read(tmp_path, f"Pkt;E;N;H\n1;16,25;49,5;400,1\n2;17,5;{filler};2,5\n")
+    (fault,) = check_table(table.frame, CONTROL_POINTS).problems
+    assert "northing" in fault.found
 
 
 GEOGRAPHIC = schema_in(CONTROL_POINTS, read_source_crs("EPSG:4326"))

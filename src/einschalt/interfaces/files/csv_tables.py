@@ -23,6 +23,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import csv as arrow_csv
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import (
     TableError,
     name_some,
@@ -38,6 +39,7 @@ from einschalt.interfaces.files.csv_parts import (
     start_of_line,
 )
 from einschalt.interfaces.files.cut_files import require_whole_end
+from einschalt.interfaces.files.rows_of_no_data import counts
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.files.understood_tables import (
     COMMA,
@@ -171,6 +173,7 @@ class _Rows:
         self.comments = []
         self.rules = []
         self.titles = []  # of further pages
+        self.total = None  # a last line that counts the rows
         self.is_open = False  # whether a row goes on, since a quote is open
 
     def read(self, data):
@@ -187,10 +190,20 @@ class _Rows:
                 line = reader.line_num + 1
         except csv.Error as error:
             self.problems.append(self._quote_problem(line, reader.line_num, error))
+        self._leave_out_count()
         rest = "the number of values is not that of the header"
         self.problems[:0] = listed(self.ragged, self._ragged_problem, rest)
         index = pd.Index(self.lines, name=LINE)
         return pd.DataFrame(self.rows, columns=self.header.names, index=index)
+
+    def _leave_out_count(self):
+        """Leave out a last line of one value that counts the rows above it."""
+        if not self.ragged or (self.lines and self.ragged[-1][1] < self.lines[-1]):
+            return
+        texts = [value.strip() for value in self.ragged[-1][0] if value.strip()]
+        if len(texts) == 1 and counts(texts[0], len(self.rows)):
+            self.ragged.pop()
+            self.total = texts[0]
 
     def _lines(self, data):
         """Lines of a text, comments as empty ones."""
@@ -228,6 +241,9 @@ class _Rows:
         if self.titles:
             rows = name_some(self.titles)
             notes.append(f"{self.source}: rows repeating the title left out: {rows}")
+        if self.total is not None:
+            said = shortened(self.total)
+            notes.append(f"{self.source}: the last row, {said!r}, left out")
         return notes
 
     def raise_problems(self, frame, schema):

@@ -4,11 +4,14 @@ Tables that were put together of several repeat their header; one that was print
 sum or a mean at its end, which looks like a point where its numbers are plausible.
 """
 
+import re
+
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from einschalt.foundations.cell_values import whole_text
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import TableError, name_some
@@ -16,6 +19,12 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.tables import LINE
 
 NAMES = ("point_id", "model_id", "image_id")
+# a closing line, such as Anzahl Punkte: 157, that counts the rows above it
+COUNT = re.compile(r"\D*\d+[^\d.,:;/-]*")
+FEWEST_COUNTED, MOST_OF_A_COUNT = 3, 2  # rows with it, and cells of it
+HAS_WORD = re.compile(r"[^\W\d_]{3}")
+# what stands in a cell for a value that there is not
+FILLERS = r"(?i)^([-\x{2013}\x{2014}]+|n[./]?a\.?|k\. ?a\.|null|none|#n/?[av])$"
 DASHES = r"^[-=_*~.\x{2500}-\x{257f}]{3,}$"  # a cell of a ruler, of whatever signs
 # as column_words.folded writes them
 SUMS = {
@@ -73,6 +82,61 @@ def without_rulers(frame, schema, source):
         return frame, None
     rows = name_some(frame.index[is_ruler])
     return frame[~is_ruler], f"{source}: rows of dashes left out: {rows}"
+
+
+def without_count(frame, schema, source):
+    """The frame without a last row that counts those above it, and a note or None.
+
+    Such as ``Anzahl: 157``, in one cell or in two, if there are as many, and cells are
+    empty that a row of data needs.
+    """
+    if len(frame) < FEWEST_COUNTED:
+        return frame, None
+    last = frame.iloc[-1].tolist()
+    cells = ["" if pd.isna(cell) else whole_text(cell).strip() for cell in last]
+    needed = {column.name for column in schema.columns if column.is_required}
+    pairs = zip(frame.columns, cells, strict=True)
+    is_whole = all(cell for name, cell in pairs if name in needed)
+    text = " ".join(cell for cell in cells if cell)
+    is_short = sum(map(bool, cells)) <= MOST_OF_A_COUNT
+    if is_whole or not is_short or not counts(text, len(frame) - 1):
+        return frame, None
+    return frame.iloc[:-1], f"{source}: the last row, {shortened(text)!r}, left out"
+
+
+def counts(text, n_rows):
+    """Whether a text has words and a number, which is that of the rows.
+
+    >>> counts("Anzahl Punkte: 157", 157), counts("157", 157), counts("P 157", 156)
+    (True, False, False)
+    """
+    is_said = COUNT.fullmatch(text) is not None and HAS_WORD.search(text) is not None
+    return is_said and int(re.search(r"\d+", text)[0]) == n_rows
+
+
+def without_fillers(frame, schema, source):
+    """The frame with empty cells for hyphens and the like, and a note or None.
+
+    Of columns in which a value may be missing, such as heights.
+    """
+    changed, shown = {}, []
+    for column in schema.columns:
+        name = column.name
+        if column.kind != "number" or not column.may_be_missing:
+            continue
+        if list(frame.columns).count(name) != 1:
+            continue
+        if pd.api.types.is_numeric_dtype(frame[name]):
+            continue
+        is_filler = pc.match_substring_regex(_texts_of(frame[name]), FILLERS)
+        is_filler = is_filler.to_numpy(zero_copy_only=False)
+        if is_filler.any():
+            changed[name] = frame[name].where(~is_filler, "")
+            shown.append(f"{name} {str(frame[name][is_filler].iloc[0]).strip()!r}")
+    if not changed:
+        return frame, None
+    said = name_some(shown)
+    return frame.assign(**changed), f"{source}: taken for missing values: {said}"
 
 
 def _are(series, word):

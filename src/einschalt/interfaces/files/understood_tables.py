@@ -42,6 +42,8 @@ from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
 from einschalt.interfaces.files.rows_of_no_data import (
     refuse_footer,
+    without_count,
+    without_fillers,
     without_headers,
     without_rulers,
 )
@@ -118,13 +120,15 @@ def understood(
     ``frame`` has the names of ``meant``. A TableError where something has two meanings.
     """
     frame, rulers = without_rulers(frame, schema, source)
+    frame, total = without_count(frame, schema, source)
     refuse_footer(frame, source)
     frame, repeated = without_headers(frame, schema, meant, source)
+    frame, fillers = without_fillers(frame, schema, source)
     frame, angles = in_degrees(frame, schema, source)
     frame, notes = _with_points(frame, schema, said, source, is_of_cells)
     if angles is None and not is_placed:
         frame, angles = packed_in_degrees(frame, meant, schema, said.angles, source)
-    notes[:0] = [rulers, repeated, angles]
+    notes[:0] = [rulers, total, repeated, fillers, angles]
     frame, note, unit = in_expected_units(frame, meant, schema, said, source)
     notes.append(note)
     require_unit_of_heights(frame, meant, said.crs, source)
