@@ -946,7 +946,7 @@ def test_longitudes_and_latitudes_are_asked_about_and_not_guessed(
     assert "Give --points-crs EPSG:4326, or the system of the rec" in refused.stderr
     plane = invoke(*call, *files, "--points-crs", "EPSG:25833")
     assert plane.exit_code == 2
-    assert "has no longitudes and latitudes" in plane.stderr
+    assert "holds longitudes and latitudes, and nothing tells" in plane.stderr
     done = invoke(*call, *files, "--points-crs", "EPSG:4312")
     assert done.exit_code == 0, done.output
     block = read_block(tmp_path / "b")
@@ -1009,3 +1009,41 @@ def test_a_system_of_degrees_that_no_file_holds_is_refused(
     refused = invoke(*call, "--points-crs", "EPSG:4326")
     assert refused.exit_code == 2
     assert "--points-crs is about longitudes and latitudes, which no" in refused.stderr
+
+
+def test_control_in_feet_has_a_system_of_its_own(invoke, export, tmp_path):
+    """An American list: feet in the points, metres in the block."""
+    folder, block = export, tmp_path / "block"
+    control = pd.read_csv(
+        folder / "Punkte.csv", sep=";", decimal=",", encoding="cp1252", dtype=str
+    )
+    feet = 1200.0 / 3937.0
+    place = [
+        control[name].str.replace(",", ".").astype(float)
+        for name in ("Rechtswert", "Hochwert")
+    ]
+    shifts = 1_990_000.0, 300_000.0  # into the first zone of California
+    numbers = [(p + s) / feet for p, s in zip(place, shifts, strict=True)]
+    table = pd.DataFrame(
+        {
+            "Point #": control["Punktnummer"],
+            "Northing (USft)": numbers[1],
+            "Easting (USft)": numbers[0],
+            "Elev (USft)": 411.25 / feet,
+        }
+    )
+    table.to_csv(tmp_path / "control.csv", index=False, float_format="%.4f")
+    files = [str(tmp_path / "control.csv"), *(str(folder / name) for name in FLIGHTS)]
+    call = ("init", str(block), "--from", *files, *KNOWN)
+    refused = invoke(*call, "--crs", "EPSG:2225")
+    assert refused.exit_code == 2
+    assert "and this one by --points-crs" in refused.stderr
+    of_block = ("--crs", "EPSG:26910+5703")
+    done = invoke(*call, *of_block, "--points-crs", "EPSG:2225+6360")
+    assert done.exit_code == 0, done.output
+    assert 'crs = "EPSG:2225+6360"' in (block / "block.toml").read_text("utf-8")
+    found = read_block(block)
+    np.testing.assert_allclose(found.control_points["height"], 411.25, atol=1e-3)
+    low, high = (found.control_points["easting"].agg(one) for one in ("min", "max"))
+    assert 2e5 < low < high < 8e5  # metres of UTM
+    assert found.low_flight.scale_number == pytest.approx(8000, rel=0.02)

@@ -62,7 +62,9 @@ def init(
     ] = False,
     crs: _asked(str, "System of the coordinates, such as EPSG:31255.") = None,
     points_crs: _asked(
-        str, "System of longitudes and latitudes, such as EPSG:4326."
+        str,
+        "System of the ground points, if it is another one, such as EPSG:4326 of "
+        "longitudes and latitudes, or one in feet.",
     ) = None,
     name: _asked(str, "Name of the block.") = None,
     high_scale: _asked(float, "Scale number of the high flight, N of 1:N.") = None,

@@ -47,14 +47,20 @@ def schema_in(schema, crs):
 
     With longitude and latitude where it is geographic.
     """
-    unit = crs.axis_info[0].unit_name
-    words = UNITS.get(unit, f"{unit} units")
+    of_plane, *_, of_heights = (
+        UNITS.get(axis.unit_name, f"{axis.unit_name} units") for axis in crs.axis_info
+    )
     names = dict(zip(PLANE, GEOGRAPHIC if crs.is_geographic else PLANE, strict=True))
-    columns = tuple(
-        replace(c, name=names[c.name], unit=words) if c.name in names else c
+    changed = {name: (other, of_plane) for name, other in names.items()}
+    if len(crs.axis_info) > len(PLANE):
+        changed["height"] = "height", of_heights
+    columns = (
+        replace(c, **dict(zip(("name", "unit"), changed[c.name], strict=True)))
+        if c.name in changed
+        else c
         for c in schema.columns
     )
-    return replace(schema, columns=columns)
+    return replace(schema, columns=tuple(columns))
 
 
 def require_columns(frame, crs, source):

@@ -135,7 +135,7 @@ def _tables(proposal, section, folder):
             "decimal": table.said.decimal,
             "angles": table.said.angles if "longitude" in table.frame else None,
             "columns": table.said.columns or None,
-            "crs": _crs_of_degrees(table),
+            "crs": _crs_of_its_own(table, proposal.values.get(("block", "crs"))),
             "where": table.said.where or None,
         }
         said = {name: value for name, value in said.items() if value is not None}
@@ -149,10 +149,15 @@ def _tables(proposal, section, folder):
     return lines
 
 
-def _crs_of_degrees(table):
-    """System of longitudes and latitudes whose file states none."""
-    is_said = table.crs is None and "longitude" in table.frame
-    return table.said.crs if is_said else None
+def _crs_of_its_own(table, of_block):
+    """System of ground points that is not that of the block, where a user says it.
+
+    ``of_block``: guess of that, or None. A file that states one needs no word.
+    """
+    if table.kind != "ground" or table.crs is not None:
+        return None
+    is_other = of_block is not None and table.said.crs != of_block.value
+    return table.said.crs if is_other or "longitude" in table.frame else None
 
 
 def _inline(name, value):

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark_each
 from einschalt.foundations.likely_systems import systems_over, systems_that_hold
 from einschalt.foundations.points_elsewhere import islands_of
+from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.interfaces.new_block.looked_at import PITCH
 
@@ -68,13 +70,16 @@ def scale_of(frame, ground, unit, key="model_id"):
     return Guess(rounded(number), said)
 
 
-def on_a_plane(ground):
-    """The points with eastings and northings, local ones if they have degrees [m].
+def on_a_plane(known):
+    """Ground points with eastings and northings, local ones if they have degrees [m].
 
     Distances of 10 km are right within some 10 cm, as scales need them.
     """
+    ground = known.frame
     if "easting" in ground:
-        return _of_one_system(ground)
+        one = _of_one_system(ground)
+        metres = _metres_per_unit(known.crs or known.said.crs)
+        return one.assign(**{n: one[n] * metres for n in ("easting", "northing")})
     longitude, latitude = (np.radians(ground[n]) for n in ("longitude", "latitude"))
     middle = latitude.median()
     w = 1.0 - E_SQUARED * np.sin(middle) ** 2
@@ -83,6 +88,16 @@ def on_a_plane(ground):
         easting=across * np.cos(middle) * (longitude - longitude.median()),
         northing=along * (latitude - middle),
     )
+
+
+def _metres_per_unit(crs):
+    """Length of the unit of plane coordinates [m]; 1 where nothing tells it."""
+    try:
+        system = None if crs is None else read_source_crs(crs)
+    except ProjectionError:  # said where the system is read
+        return 1.0
+    is_plane = system is not None and system.is_projected
+    return system.axis_info[0].unit_conversion_factor if is_plane else 1.0
 
 
 def _of_one_system(ground):
@@ -162,4 +177,4 @@ def scale_of_pixels(table, camera, known, pitch):
     if not isinstance(pitch, (int, float)) or not pitch > 0.0:
         return None
     frame = table.frame.assign(x=table.frame["x"] * pitch, y=table.frame["y"] * pitch)
-    return scale_of(frame, on_a_plane(known.frame), "um", "image_id")
+    return scale_of(frame, on_a_plane(known), "um", "image_id")

@@ -215,7 +215,7 @@ def _sizes(tables, known, pitch):
         unit = unit_of(table.frame)
         if table.unit is not None:
             unit = Guess(table.unit, f"the header of {table.title} says so")
-    return unit, scale_of(table.frame, on_a_plane(known.frame), unit.value, key)
+    return unit, scale_of(table.frame, on_a_plane(known), unit.value, key)
 
 
 def _named(flights, scales):

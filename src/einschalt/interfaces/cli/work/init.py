@@ -7,10 +7,10 @@ from pathlib import Path
 
 import typer
 
-from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import (
     EinschaltError,
     OutputError,
+    ProjectionError,
     SettingsError,
     TableError,
     raise_problems,
@@ -38,6 +38,7 @@ from einschalt.interfaces.new_block.looked_at import PITCH, files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
 from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.new_block.questions import answered, expected_instead
+from einschalt.interfaces.new_block.systems_of_points import require_used
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 
@@ -58,6 +59,12 @@ ANSWERS = {
         "--northing, the names of their columns, for a local one"
     ),
     "columns = {easting": "Give --easting and --northing, the names of their columns",
+}
+OF_FEET = {
+    "and this one as crs of the table of its points": (
+        "Name one in metres by --crs, such as the UTM zone of the same datum, and this "
+        "one by --points-crs"
+    )
 }
 OTHER_SCALE = 0.1  # of logarithms: relief makes less
 ASSUMED = "assumed, since no file tells: correct it"
@@ -80,9 +87,11 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
         print_out(translated(message, file=folder / BLOCK_FILE, folder=folder))
         return
     if options["crs"] is not None:
-        read_crs(options["crs"])
+        _require_metres(options["crs"])
     raise_problems(_impossible(options))
-    found = _checked_tables([*(files or []), *(more or [])], folder, _said(options))
+    said = _said(options)
+    found = _read_tables([*(files or []), *(more or [])], folder, said)
+    require_used(found, said, options["crs"])
     guessed = propose(found, {})
     proposal = propose(found, _given(options, guessed))
     _show(proposal)
@@ -107,27 +116,26 @@ def init(folder, more, files, *, template, schema, again, yes, name, **options):
     _check(folder, [note for table in proposal.tables.values() for note in table.notes])
 
 
+def _require_metres(crs):
+    """Refuse a system of the block that is not plane, or in feet; points may be so."""
+    try:
+        read_crs(crs)
+    except ProjectionError as error:
+        raise answered_elsewhere(error, OF_FEET) from None
+
+
 def _said(options):
     """What options say of all tables; they are taken out, but for that of the block."""
     given = {axis: options.pop(axis) for axis in ("easting", "northing")}
+    of_points = options.pop("points_crs")
+    is_plane = of_points is not None and not read_source_crs(of_points).is_geographic
     return Said(
         columns={axis: column for axis, column in given.items() if column is not None},
         decimal=options.pop("decimal"),
         angles=options.pop("angles"),
-        crs=options["crs"],
-        degrees_crs=_of_degrees(options.pop("points_crs")),
-    )
-
-
-def _of_degrees(crs):
-    """A system of longitudes and latitudes, or None where none is given."""
-    if crs is None or read_source_crs(crs).is_geographic:
-        return crs
-    raise SettingsError(
-        f"--points-crs = {system_label(read_source_crs(crs))} has no longitudes and "
-        "latitudes",
-        expected="a geographic system, such as EPSG:4326",
-        remedy="Give plane coordinates with --crs alone",
+        # longitudes and latitudes are found by their names, in whatever plane system
+        crs=of_points if is_plane else options["crs"],
+        degrees_crs=None if is_plane else of_points,
     )
 
 
@@ -189,36 +197,6 @@ def _is_free_for_schema(path):
         return not path.is_symlink() and path.read_text("utf-8") == schema_text()
     except (OSError, ValueError):
         return False
-
-
-def _checked_tables(files, folder, said):
-    """Tables of the files that were named, or of those in the folder."""
-    found = _read_tables(files, folder, said)
-    if said.degrees_crs:
-        degrees = [one for one in found if "longitude" in one.frame]
-        _require_use(said.degrees_crs, degrees)
-    return found
-
-
-def _require_use(crs, tables):
-    """Refuse a system of longitudes and latitudes that no table takes."""
-    if not tables:
-        raise SettingsError(
-            "--points-crs is about longitudes and latitudes, which no file holds",
-            expected="options of what the files hold",
-            remedy="Leave it out, or name the file after --from",
-        )
-    given = read_source_crs(crs)
-    # a layer keeps the system that it states
-    stated = [one.crs and read_source_crs(one.crs) for one in tables]
-    if all(one and not one.equals(given, ignore_axis_order=True) for one in stated):
-        raise SettingsError(
-            f"--points-crs = {system_label(given)}, but the file states "
-            f"{system_label(stated[0])}",
-            expected="the system of the file",
-            remedy="Leave it out; if the file is wrong, correct its system in a GIS",
-            file=tables[0].title,
-        )
 
 
 def _read_tables(files, folder, said):
