@@ -159,6 +159,39 @@ UP,P 7,,-2.250,1.500,3.500,GCP
 ST,P 7,,,,1.400,55.4500,55.4500
 SS,3,1.200,330.706,326.027,20.320,07:13:46,SIGN
 """
+BLOCKS = """\
+<?xml version="1.0" encoding="utf-8"?>
+<BlocksExchange version="3.2">
+  <SpatialReferenceSystems>
+    <SRS><Id>0</Id><Name>here</Name><Definition>EPSG:2154</Definition></SRS>
+    <SRS><Id>1</Id><Name>WGS 84</Name><Definition>WGS84</Definition></SRS>
+  </SpatialReferenceSystems>
+  <Block>
+    <Name>B</Name>
+    <SRSId>1</SRSId>
+    <Photogroups><Photogroup>
+      <Name>cam</Name>
+      <ImageDimensions><Width>6000</Width><Height>4000</Height></ImageDimensions>
+      <CameraModelType>Perspective</CameraModelType>
+      <SensorSize>24</SensorSize><FocalLength>20</FocalLength>
+      <PrincipalPoint><x>3009.5</x><y>1999.5</y></PrincipalPoint>
+      <Distortion><K1>0.01</K1><K2>0</K2><K3>0</K3><P1>0</P1><P2>0</P2></Distortion>
+      <Photo><Id>4</Id><ImagePath>D:/flight/a.jpg</ImagePath></Photo>
+      <Photo><Id>5</Id><ImagePath>D:/flight/b.jpg</ImagePath></Photo>
+    </Photogroup></Photogroups>
+    <ControlPoints><SRSId>0</SRSId>
+      <ControlPoint><Name>P 1</Name><Category>Full</Category>
+        <Position><x>652788.5</x><y>6863015.25</y><z>78.5</z></Position>
+        <CheckPoint>true</CheckPoint>
+        <HorizontalAccuracy>0.01</HorizontalAccuracy>
+        <VerticalAccuracy>0.02</VerticalAccuracy>
+        <Measurement><PhotoId>5</PhotoId><x>100.0</x><y>200.25</y></Measurement>
+        <Measurement><PhotoId>4</PhotoId><x>900.0</x><y>210.25</y></Measurement>
+      </ControlPoint>
+    </ControlPoints>
+  </Block>
+</BlocksExchange>
+"""
 SIMA = """\
 G00,01,field,
 Z00,points,
@@ -176,6 +209,7 @@ READ = {
     "a.gsi": (GSI, "control_points", ["P7", 1.5, -2.25, 3.5]),
     "a.sdr": (SDR, "control_points", ["P 7", 1.5, -2.25, 3.5]),
     "a.raw": (NIKON, "control_points", ["P 7", 1.5, -2.25, 3.5]),
+    "blocks.xml": (BLOCKS, "image_points", ["b.jpg", "P 1", 100.5, 200.75]),
     "a.sim": (SIMA, "control_points", ["KP1", 1.5, -2.25, 3.5]),
     "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),
     "dico.xml": (DICO, "control_points", ["P1", 1.0, 2.0, 3.0, 0.01, 0.02, 0.03]),

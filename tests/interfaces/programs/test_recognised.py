@@ -36,9 +36,10 @@ from einschalt.interfaces.programs.recognised import read_foreign
 
 PLACE = ["easting", "northing", "height"]
 SYSTEMS = {"a.vrt": 31467, "a.tif.aux.xml": 31467, "a.tif.points": 31255}
-SYSTEMS |= {"a.OPK": 2154, "ref.csv": 4326, "a.kml": 4326}
+SYSTEMS |= {"blocks.xml": 2154, "a.OPK": 2154, "ref.csv": 4326, "a.kml": 4326}
 AFTER_MANUAL = {
     "a.sim",
+    "blocks.xml",
     "a.con",
     "a.im",
     "geoin.dat",

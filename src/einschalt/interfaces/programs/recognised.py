@@ -21,6 +21,7 @@ from einschalt.interfaces.files.input_files import (
 )
 from einschalt.interfaces.programs import (
     bingo,
+    blocks_exchange,
     colmap,
     drawing_points,
     field_books,
@@ -79,6 +80,13 @@ FORMATS = (
     Format("sima", "SIMA", sima.read_sima, (".sim", ".sima", ".txt"), sima.is_sima),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
+    Format(
+        "blocks-exchange",
+        "BlocksExchange of ContextCapture",
+        blocks_exchange.read_blocks,
+        XML,
+        blocks_exchange.is_blocks,
+    ),
     Format(
         "metashape-cameras",
         "cameras of Metashape",
