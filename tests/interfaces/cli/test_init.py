@@ -1047,3 +1047,27 @@ def test_control_in_feet_has_a_system_of_its_own(invoke, export, tmp_path):
     low, high = (found.control_points["easting"].agg(one) for one in ("min", "max"))
     assert 2e5 < low < high < 8e5  # metres of UTM
     assert found.low_flight.scale_number == pytest.approx(8000, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("renamed", "said", "meant"),
+    [
+        ({"Punktnummer": "LFP3-Nummer"}, "known to name the points", "LFP3-Nummer"),
+        ({"Punktnummer": "Nr", "Art": "Name"}, "'Nr' and 'Name' could both", "Nr"),
+    ],
+)
+def test_the_column_of_names_can_be_named(
+    invoke, export, tmp_path, renamed, said, meant
+):
+    table = pd.read_csv(export / "Punkte.csv", sep=";", encoding="cp1252", dtype=str)
+    table = table.rename(columns=renamed)
+    table.to_csv(tmp_path / "Punkte.csv", sep=";", index=False)
+    files = [tmp_path / "Punkte.csv", *(export / name for name in FLIGHTS)]
+    call = ("init", str(tmp_path / "b"), "--from", *map(str, files), *KNOWN)
+    refused = invoke(*call, "--crs", "EPSG:31255")
+    assert refused.exit_code == 2
+    assert said in refused.stderr
+    assert "Give --point-id, the name of " in refused.stderr
+    done = invoke(*call, "--crs", "EPSG:31255", "--point-id", meant)
+    assert done.exit_code == 0, done.output
+    assert f'point_id = "{meant}"' in (tmp_path / "b" / "block.toml").read_text("utf-8")

@@ -82,6 +82,7 @@ def init(
     control_error_m: _asked(
         float, "TOTAL standard error of the control points [m]."
     ) = None,
+    point_id: _asked(str, "Column that has the names of the ground points.") = None,
     easting: _asked(str, "Column that is the easting of the ground points.") = None,
     northing: _asked(str, "Column that is the northing.") = None,
     decimal: _asked(

@@ -113,6 +113,7 @@ INSTEAD_OF_OPTIONS = mark_each(
             "Choose the system below, such as EPSG:5514 for S-JTSK, or name the two "
             "columns for a local one"
         ),
+        "Name it: columns": "Rename that column to point_id in the file",
         'Say angles = "D.MMSS"': (
             "Write [D.MMSS] or [deg] behind the names of the columns in the file"
         ),

@@ -7,8 +7,15 @@ must not contradict it.
 from dataclasses import replace
 
 from einschalt.foundations import tables
-from einschalt.foundations.column_words import in_other_unit
-from einschalt.foundations.errors import EinschaltError, FileError, raise_problems
+from einschalt.foundations.column_words import PLANE, in_other_unit
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import (
+    EinschaltError,
+    FileError,
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files import point_layers
 from einschalt.interfaces.files.points_of_systems import (
@@ -28,6 +35,7 @@ KINDS = {
     "model_points": tables.MEASURED_MODEL_POINTS,
     "ground": tables.CONTROL_POINTS,
 }
+MOST_OTHERS = 8
 SAY_SYSTEM = (
     "Give --points-crs EPSG:4326, or the system of the receiver (in block.toml: crs of "
     "[control_points])"
@@ -134,6 +142,31 @@ def holds_degrees(file, said):
     except EinschaltError:  # another kind of table: that is said
         return False
     return {c.name for c in schema.columns if c.is_required} <= set(names)
+
+
+def refuse_nameless(file, said):
+    """Refuse ground points that no column names.
+
+    Nothing is done where a file holds no ground points.
+    """
+    try:
+        frame = understand_table(file, KINDS["ground"], said, source=file.source).frame
+    except EinschaltError:  # another kind of table: that is said
+        return
+    names = list(map(str, frame.columns))
+    if not {*PLANE} <= {*names} or "point_id" in names:
+        return
+    others = [name for name in names if name and name not in KINDS["ground"].names]
+    raise TableError(
+        f"has eastings and northings, and none of its columns is known to name the "
+        f"points: {name_some(map(repr, others), MOST_OTHERS) or 'there is no other'}",
+        expected="a column such as point_id, Punktnummer or Name",
+        remedy=f'Name it: columns = {{point_id = "{shortened(others[0])}"}} in '
+        "block.toml"
+        if others
+        else "Add a column of names",
+        file=file.source,
+    )
 
 
 def _refuse_plane(file, said):

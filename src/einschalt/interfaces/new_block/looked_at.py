@@ -39,6 +39,7 @@ from einschalt.interfaces.new_block.kinds_of_tables import (
     has_table_of,
     holds_degrees,
     meant_schema,
+    refuse_nameless,
     refuse_other_coordinates,
     system_of_foreign,
 )
@@ -341,7 +342,7 @@ def _table(file, said, kinds=tuple(KINDS)):
     questions, refused = [], []
     for kind in kinds:
         schema = meant_schema(kind, said.crs)
-        known = {n: c for n, c in said.columns.items() if n in schema.names}
+        known = _columns_of(kind, schema, said)
         own = replace(said, columns=known)
         try:
             table = understand_table(
@@ -366,6 +367,7 @@ def _table(file, said, kinds=tuple(KINDS)):
     if refused:
         raise refused[0]
     refuse_other_coordinates(file, said)
+    refuse_nameless(file, said)
     names = _headings(file, said)
     raise FileError(
         f"holds no table that a block could have; its columns are {names}"
@@ -376,6 +378,15 @@ def _table(file, said, kinds=tuple(KINDS)):
         remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
         file=file.source,
     )
+
+
+def _columns_of(kind, schema, said):
+    """What the user says of columns that a kind of table has.
+
+    Models and images have names of points of their own.
+    """
+    is_meant = set(schema.names) - (set() if kind == "ground" else {"point_id"})
+    return {name: said.columns[name] for name in said.columns if name in is_meant}
 
 
 def _headings(file, said):

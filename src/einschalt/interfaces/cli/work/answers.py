@@ -28,6 +28,7 @@ OF_TABLES = COMMAS_ANSWERED | {
         "Name the system by --crs, or write a line point_id, easting, northing, or the "
         "other way round, above the values"
     ),
+    "Name it: columns": "Rename that column to point_id",
     "Say which: columns": "Rename the one that is not meant",
     "say columns in block.toml": (
         "Name the columns as docs/tables.md has them, in the first line"

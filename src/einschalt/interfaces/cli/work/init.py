@@ -24,6 +24,7 @@ from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.cli.typed_options import option_of
 from einschalt.interfaces.cli.work.answers import COMMAS_ANSWERED
+from einschalt.interfaces.cli.work.systems_of_points import require_used
 from einschalt.interfaces.files.atomic import make_folder, set_aside, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
@@ -38,7 +39,6 @@ from einschalt.interfaces.new_block.looked_at import PITCH, files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
 from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.new_block.questions import answered, expected_instead
-from einschalt.interfaces.new_block.systems_of_points import require_used
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 
@@ -58,6 +58,8 @@ ANSWERS = {
         "Give --crs, such as EPSG:5514 for S-JTSK, which tells it; or --easting and "
         "--northing, the names of their columns, for a local one"
     ),
+    "Name it: columns = {point_id": "Give --point-id, the name of that column",
+    "columns = {point_id": "Give --point-id, the name of the column that is meant",
     "columns = {easting": "Give --easting and --northing, the names of their columns",
 }
 OF_FEET = {
@@ -126,11 +128,11 @@ def _require_metres(crs):
 
 def _said(options):
     """What options say of all tables; they are taken out, but for that of the block."""
-    given = {axis: options.pop(axis) for axis in ("easting", "northing")}
+    given = {n: options.pop(n) for n in ("point_id", "easting", "northing")}
     of_points = options.pop("points_crs")
     is_plane = of_points is not None and not read_source_crs(of_points).is_geographic
     return Said(
-        columns={axis: column for axis, column in given.items() if column is not None},
+        columns={name: column for name, column in given.items() if column is not None},
         decimal=options.pop("decimal"),
         angles=options.pop("angles"),
         # longitudes and latitudes are found by their names, in whatever plane system
