@@ -45,7 +45,7 @@ def test_a_header_of_another_order_is_not_passed_over(tmp_path):
     [
         ("Summe;13500301,50;15900100,75;1204,5\n", "Summe"),
         ("Mittelwert;4500050,5;5300050,25;401\n", "Mittelwert"),
-        ("Anzahl:;2;;\n", "Anzahl:"),
+        ("Anzahl:;3;;\n", "Anzahl:"),
         ("Total;2;3;4\n", "Total"),
         ("Durchschnitt;2;3;4\n", "Durchschnitt"),
         ("Min;2;3;4\n", "Min"),

@@ -152,7 +152,7 @@ REFUSED = {
         PLAIN.replace("\n", "\n;cm;m;m;\n", 1),
         r"'Rechtswert \[cm\]' is in cm, column",
     ),
-    "sum at the end": (PLAIN + "Summe: 3 Punkte;;;;\n", "row 5, point Summe: 3 Punkte"),
+    "sum at the end": (PLAIN + "Summe: 4 Punkte;;;;\n", "row 5, point Summe: 4 Punkte"),
     "a cell too many": (PLAIN.replace("411,5", "411,5;x"), "row 2: the row has 6 val"),
     "a list of three numbers that are no place": (
         "1;2,5;3,5\n2;3,5;4,5\n",
