@@ -193,7 +193,8 @@ class BlockAdjustment(FlightsResult):
         ``fits`` of each flight with models from images: its ``m_0`` [m] if all errors
         are as large as stated, and the degrees of freedom of the square. They share
         photographs, so that no sum of single errors tells it. ``control_heights``: the
-        covariance of the scores of the heights of control, where it was drawn [1/m²].
+        covariance of the scores of the heights of control, where it was drawn [1/m²];
+        ``control_in_plan``: the same in plan.
         ``points``: which point of ``tables`` each one of ``solution`` is.
     """
 

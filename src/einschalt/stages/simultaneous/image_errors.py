@@ -27,6 +27,7 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_observations,
 )
 from einschalt.theory.block_adjustment.control_heights import scores_of
+from einschalt.theory.block_adjustment.control_in_plan import scores_in_plan
 from einschalt.theory.block_adjustment.gross_errors import OUT
 from einschalt.theory.block_adjustment.neighbouring_errors import (
     judge_among_neighbours,
@@ -40,6 +41,8 @@ N_DRAWS = 800
 N_NORM_DRAWS = 60
 LEAST_REDUNDANCY = 1e-6  # less is rounding
 MOST_CONTROL = 500  # heights whose covariance is drawn
+# the same in plan: two numbers each, of which the draws must be many more
+MOST_IN_PLAN = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +102,9 @@ class DrawnFigures:
     # :mod:`.control_heights`; None where observations are independent, where control
     # is more than ``MOST_CONTROL``, and of plane models [1/m²]
     control_heights: np.ndarray | None = None
+    # (2 n_control, 2 n_control): the same in plan, also of plane models, see
+    # :mod:`.control_in_plan`; of up to ``MOST_IN_PLAN`` points [1/m²]
+    control_in_plan: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +138,14 @@ def covariances(tables, part, factors, solution) -> Covariances:
     drawn = _drawn(tables, part, factors, solution)
     points = points if tables.has_unknown_groups else drawn.of_points
     if not is_from_images:
-        figures = DrawnFigures(part.points, {}, drawn.of_heights)
+        figures = DrawnFigures(part.points, {}, *drawn.of_scores)
         return Covariances(points, figures=figures)
     fits = _expected_fits(tables, factors, drawn.squares)
     return Covariances(
         points,
         DrawnCovariance(drawn.of_residuals, N_DRAWS),
         _unit_variance(part.observations, solution, drawn),
-        DrawnFigures(part.points, fits, drawn.of_heights),
+        DrawnFigures(part.points, fits, *drawn.of_scores),
     )
 
 
@@ -207,7 +213,8 @@ class _Drawn:
     of_residuals: np.ndarray  # (n_rows, d, d)
     of_control: np.ndarray  # (n_points, d, d): adjusted less given
     squares: np.ndarray  # (n_flights, n_draws): of m_0 of each flight, not their mean
-    of_heights: np.ndarray | None  # of the scores of control, see DrawnFigures
+    # of the scores of control in height and in plan, see DrawnFigures
+    of_scores: tuple[np.ndarray | None, np.ndarray | None]
 
 
 def _drawn(tables, part, factors, solution):
@@ -220,23 +227,35 @@ def _drawn(tables, part, factors, solution):
     of_control = np.zeros_like(of_points)
     flight, n_flights = observations.flight[observations.model], len(tables.flights)
     share, squares = _shares_in_fit(tables, part, solution)[:, None], []
-    n_control = np.count_nonzero(observations.is_control)
-    has_scores = n_axes > 2 and n_control <= MOST_CONTROL
-    of_heights = np.zeros((n_control, n_control)) if has_scores else None
+    of_heights, of_plan = _no_products(observations)
     for rng, n_draws, control in observations.control_in_parts(N_DRAWS):
         points, residuals = solution.answer_to(draw(rng, n_draws), control)
         of_points += points @ np.swapaxes(points, 1, 2)
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
         away = points - control
         of_control += away @ np.swapaxes(away, 1, 2)
-        if has_scores:
+        if of_heights is not None:
             scores = scores_of(solution, away)
             of_heights += scores @ scores.T / N_DRAWS
+        if of_plan is not None:
+            scores = scores_in_plan(solution, away)
+            of_plan += scores @ scores.T / N_DRAWS
         in_plan = share * np.sum(residuals[:, :2] ** 2, axis=1)
         of_flight = [in_plan[flight == k].sum(axis=0) for k in range(n_flights)]
         squares.append(np.stack(of_flight))
     means = (sums / N_DRAWS for sums in (of_points, of_residuals, of_control))
-    return _Drawn(*means, np.concatenate(squares, axis=1), of_heights)
+    return _Drawn(*means, np.concatenate(squares, axis=1), (of_heights, of_plan))
+
+
+def _no_products(observations):
+    """Sums of products of scores of control before the first draw, or None."""
+    n_control = np.count_nonzero(observations.is_control)
+    has_heights = observations.is_in_space and n_control <= MOST_CONTROL
+    has_plan = n_control <= MOST_IN_PLAN
+    return (
+        np.zeros((n_control, n_control)) if has_heights else None,
+        np.zeros((2 * n_control, 2 * n_control)) if has_plan else None,
+    )
 
 
 def variance_by_norm(tables, part, factors, block, norms):

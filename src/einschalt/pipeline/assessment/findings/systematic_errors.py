@@ -134,7 +134,9 @@ def broken_network(examined):
     easting, northing = pattern.amplitude
     remedy, part = "check_network_in_parts", {}
     if pattern.kind is Kind.STEP:
-        remedy, part = _part_that_is_off(pattern, examined.two_step)
+        two_step = examined.two_step
+        beside = two_step if two_step.is_possible else examined
+        remedy, part = _part_that_is_off(pattern, beside)
     return finding(
         "broken_network",
         names=pattern.point_ids,
@@ -156,9 +158,9 @@ def broken_network(examined):
     )
 
 
-def _part_that_is_off(step, two_step):
+def _part_that_is_off(step, examined):
     """What to do about a step, and facts on where it is."""
-    region = region_of_step(two_step, step)
+    region = region_of_step(examined, step)
     is_told = not region.may_be_the_others
     return "correct_control" if is_told else "compare_both_parts", {
         "given": "control_points",

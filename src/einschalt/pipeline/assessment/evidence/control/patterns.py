@@ -179,6 +179,24 @@ def find_height_pattern(adjusted, shown):
     return replace(found[0], is_of_adjustment=True), *found[1:]
 
 
+def find_plan_pattern(adjusted, is_used, is_free):
+    """The clearest pattern in the places of control of one adjustment of everything.
+
+    ``adjusted`` tells what these do to the points, and to what is seen of them, as
+    Signatures do. Which control takes part, and which may be as wrong as it likes,
+    (n_control,) each. As of :func:`find_height_pattern`.
+    """
+    if not FEWEST_CONTROL <= np.count_nonzero(is_used) <= MOST_CONTROL:
+        return NOTHING
+    control = adjusted.control
+    patterns = _patterns(control, control["point_id"][is_used], is_used)
+    shown = Differences(adjusted, PLAN)
+    found = _worst(adjusted, PLAN, patterns, shown, is_free, is_used)
+    if found[0] is None:
+        return found
+    return replace(found[0], is_of_adjustment=True), *found[1:]
+
+
 def wrong_control(patterns: ControlPatterns):
     """Names of the control points that are wrong in plan, each by itself."""
     return () if patterns.plan is None else patterns.plan.wrong_ids

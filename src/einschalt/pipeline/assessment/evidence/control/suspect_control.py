@@ -33,6 +33,9 @@ from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
     with_adjusted_heights,
     with_scale_of_heights,
 )
+from einschalt.pipeline.assessment.evidence.fits.adjusted_plan import (
+    with_adjusted_plan,
+)
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
@@ -285,12 +288,20 @@ class SuspectControl:
 
         Of these only where all control takes part: what is left beside control that
         was set aside is chosen to agree, and beside one point that contradicts the
-        adjustment others lean on it.
+        adjustment others lean on it. Of plan as well, where there is no high flight
+        beside which control is left out, and no region is displaced.
         """
         scales = self.adjustment.height_scales
         patterns = with_scale_of_heights(scales, self._patterns_in_two_steps)
-        is_apart = self._set_aside or len(self._suspect_control) == 1
-        return patterns if is_apart else with_adjusted_heights(self, patterns)
+        is_single = len(self._suspect_control) == 1
+        if not (self._set_aside or is_single):
+            patterns = with_adjusted_heights(self, patterns)
+        is_told = self.block.high_flight is not None or self.displaced_regions
+        if is_told or self._set_aside:
+            return patterns
+        # what one point does is known, unless it stands at the edge of a part
+        known = self._suspect_control if is_single else frozenset()
+        return with_adjusted_plan(self, patterns, known=known)
 
     @property
     def _patterns_in_two_steps(self):

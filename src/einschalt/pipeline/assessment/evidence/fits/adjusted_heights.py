@@ -26,6 +26,9 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     Kind,
     Scores,
 )
+from einschalt.pipeline.assessment.evidence.fits.adjusted_plan import (
+    with_adjusted_plan,
+)
 from einschalt.pipeline.assessment.evidence.systematic_errors import ControlScores
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.simultaneous import (
@@ -33,6 +36,7 @@ from einschalt.pipeline.densification.simultaneous import (
     require_adjustable,
 )
 from einschalt.pipeline.densification.solution import Solution
+from einschalt.stages.error_propagation.given_points import approximations_are_control
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.simultaneous.image_errors import N_DRAWS
 from einschalt.stages.transformation_kinds import SPATIAL
@@ -78,7 +82,7 @@ def adjusted_beside(two_step) -> BlockAdjustment | None:
     such adjustment, or where given points take the place of control.
     """
     block, solution = two_step.block, two_step.solution
-    if block.high_flight is None:
+    if not follows_control(block):
         return None
     kinds = {flight.transformation for flight in block.flights.values()}
     is_made = two_step.is_of_result and two_step.is_small and kinds == {SPATIAL}
@@ -92,20 +96,29 @@ def adjusted_beside(two_step) -> BlockAdjustment | None:
         return None
 
 
+def follows_control(block) -> bool:
+    """Whether models go onto control in two steps, by a high flight or themselves."""
+    return block.high_flight is not None or approximations_are_control(block)
+
+
 def patterns_of_two_steps(two_step):
     """Control that is wrong together, by two steps, and by one adjustment beside them.
 
-    ControlPatterns. Both follow control alike, but the adjustment shows smaller ones.
+    ControlPatterns. Both follow control alike, but the adjustment shows smaller ones,
+    and without a high flight alone those in plan, where no given point is told.
     """
     patterns = find_control_patterns(two_step, two_step.excluded_control)
     bends = two_step.solution.shared_bends
     if bends is not None:
         patterns = with_scale_of_heights(bends.height_scales, patterns)
     adjustment = two_step.adjusted_beside
-    if adjustment is None:
+    if adjustment is None or not follows_control(two_step.block):
         return patterns
     beside = Beside(adjustment, two_step.solution, two_step.block)
-    return with_adjusted_heights(beside, patterns, two_step.excluded_control)
+    patterns = with_adjusted_heights(beside, patterns, two_step.excluded_control)
+    if two_step.block.high_flight is not None or two_step.is_put_off:
+        return patterns
+    return with_adjusted_plan(beside, patterns, two_step.excluded_control)
 
 
 def pattern_of_adjusted_heights(adjusted, set_aside=frozenset()):

@@ -58,7 +58,10 @@ from einschalt.pipeline.densification.two_steps import (
     solve_in_two_steps,
 )
 from einschalt.stages.error_propagation.error_model import LOW
-from einschalt.stages.error_propagation.given_points import PLAN
+from einschalt.stages.error_propagation.given_points import (
+    PLAN,
+    control_among_approximations,
+)
 from einschalt.theory.adjustment.detectable_shift import DetectableShift
 from einschalt.theory.adjustment.displaced_regions import find_displaced_regions
 from einschalt.theory.adjustment.least_squares import SQRT2
@@ -451,6 +454,10 @@ def with_region_back(block, region):
     with_it = region.control_ids if region.control_is_alike else ()
     if region.is_of_control:
         names = {"control_points": (*region.point_ids, *with_it)}
+        given = control_among_approximations(block)
+        if len(given):  # onto which models go as well
+            inside = given[is_among(given, names["control_points"])]
+            names["approximate_points"] = tuple(inside)
     else:
         names = {"approximate_points": region.point_ids}
         if with_it:
