@@ -1,5 +1,6 @@
 """The simultaneous adjustment: all models of all flights with the control at once."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -26,6 +27,7 @@ from einschalt.stages.simultaneous.failed_models import (
 )
 from einschalt.stages.simultaneous.height_columns import centre_table
 from einschalt.stages.simultaneous.image_errors import (
+    Covariances,
     DrawnFigures,
     covariances,
     has_images,
@@ -109,6 +111,19 @@ class AdjustmentOptions:
         require_choice("deformation", self.deformation, DEFORMATIONS)
         require_choice("variance_components", self.variance_components, COMPONENTS)
         require_choice("outliers", self.outliers, OUTLIERS)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WholeControl:
+    """A block as it was adjusted before control that contradicts it was set aside."""
+
+    solution: BlockSolution | SpatialSolution
+    draw: Callable[[], Covariances]
+
+    @cached_property
+    def drawn(self) -> DrawnFigures:
+        """What is known of it by drawn errors, as of a BlockAdjustment."""
+        return self.draw().figures
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -196,6 +211,8 @@ class BlockAdjustment(FlightsResult):
         covariance of the scores of the heights of control, where it was drawn [1/m²];
         ``control_in_plan``: the same in plan.
         ``points``: which point of ``tables`` each one of ``solution`` is.
+    whole : WholeControl or None
+        The block with the control that was set aside, if any was.
     """
 
     points: pd.DataFrame
@@ -216,6 +233,7 @@ class BlockAdjustment(FlightsResult):
     loses_no_others: bool = False
     drawn: DrawnFigures = field(default_factory=DrawnFigures)
     height_scales: pd.DataFrame = field(default_factory=pd.DataFrame)
+    whole: "WholeControl | None" = None
 
     @cached_property
     def estimates(self) -> Estimates:
@@ -371,9 +389,15 @@ def begin_search(tables, part, verdicts, options, searches):
 def _judged(tables, weighed, cleaned, verdicts, options):
     """Result of an adjustment without its deformations, control judged by it."""
     control = examine_control(cleaned.solution, options.significance)
-    if options.outliers != "keep":
-        cleaned = replace(cleaned, solution=control.without)
-    return _result(tables, weighed, cleaned, verdicts, control, options)
+    if options.outliers == "keep":
+        return _result(tables, weighed, cleaned, verdicts, control, options)
+    whole = cleaned.solution
+    cleaned = replace(cleaned, solution=control.without)
+    result = _result(tables, weighed, cleaned, verdicts, control, options)
+    if not control.is_suspect.any():
+        return result
+    draw = partial(covariances, tables, weighed.part, weighed.image_factors, whole)
+    return replace(result, whole=WholeControl(whole, draw))
 
 
 def _loses_no_others(tables, weighed, options):

@@ -18,8 +18,8 @@ NETWORK = {"broken_network", "contradicting_control"}
 NOTHING = (None, 0.0, 1.0)
 
 
-def adjusted(block, method="simultaneous"):
-    return densify(block, block.settings.updated({"method": method}))
+def adjusted(block, method="simultaneous", **settings):
+    return densify(block, block.settings.updated({"method": method, **settings}))
 
 
 def east_off(block, shift, names):
@@ -92,6 +92,31 @@ def test_control_beside_given_approximations_is_tested(transformation):
     assert told(result)
     assert_covered(result, block)
     assert not told(adjusted(good))
+
+
+def plane_block(seed):
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert", n_check=0)
+    return beside_control(simulate_block("demo", seed=seed, geometry=geometry))
+
+
+def test_a_part_that_is_set_aside_may_be_the_right_one():
+    """Each point by itself was set aside, and the rest taken for good."""
+    block, _ = east_off(plane_block(5), 0.5, ("control_points",))
+    result = adjusted(block, outliers="snoop")
+    assert result.examination.adjustment.control["is_set_aside"].any()
+    assert told(result) == {"broken_network"}
+    assert result.assessment.credible.is_lower_bound
+    assert result.assessment.credible.value > 0.67 * true_error(result, block)
+
+
+def test_one_point_that_is_set_aside_is_no_part():
+    block = plane_block(6)
+    control = block.control_points.copy()
+    control.loc[2, "easting"] += 0.5
+    result = adjusted(replace(block, control_points=control), outliers="snoop")
+    assert result.examination.adjustment.control["is_set_aside"].sum() == 1
+    assert not told(result)
+    assert not result.assessment.credible.is_lower_bound
 
 
 @pytest.mark.parametrize("seed", [0, 1])

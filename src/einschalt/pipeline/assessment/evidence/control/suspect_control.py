@@ -35,6 +35,7 @@ from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
 )
 from einschalt.pipeline.assessment.evidence.fits.adjusted_plan import (
     with_adjusted_plan,
+    with_plan_before_setting_aside,
 )
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
@@ -296,9 +297,12 @@ class SuspectControl:
         is_single = len(self._suspect_control) == 1
         if not (self._set_aside or is_single):
             patterns = with_adjusted_heights(self, patterns)
-        is_told = self.block.high_flight is not None or self.displaced_regions
-        if is_told or self._set_aside:
+        if self.block.high_flight is not None or self.displaced_regions:
             return patterns
+        if self._set_aside:  # what is left is chosen to agree, and may be the wrong one
+            if check_points_confirm(self):
+                return patterns
+            return with_plan_before_setting_aside(self, patterns)
         # what one point does is known, unless it stands at the edge of a part
         known = self._suspect_control if is_single else frozenset()
         return with_adjusted_plan(self, patterns, known=known)

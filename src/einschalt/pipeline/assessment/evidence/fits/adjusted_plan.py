@@ -86,13 +86,44 @@ def pattern_of_adjusted_plan(adjusted, set_aside=frozenset(), known=frozenset())
     than one of them. Single points, and those that lie apart alike but anywhere, have
     no name: those that stand out are told by themselves.
     """
-    plan = _known_of(adjusted)
+    adjustment = adjusted.adjustment
+    # two steps hold what the adjustment beside them has set aside
+    held = adjustment.whole or adjustment
+    plan = _known_of(adjusted, held.solution, held.drawn)
     if plan is None:
         return NOTHING
     found, is_of_many = _clearest(plan, set_aside)
     if known and not is_of_many:
         found, _ = _clearest(plan, set_aside | known)
     return found
+
+
+def pattern_before_setting_aside(adjusted):
+    """A pattern of many, in all control, where some of it was set aside.
+
+    As of :func:`pattern_of_adjusted_plan`. What was set aside may be the right part:
+    what that does is the larger effect of what is left of either part. NOTHING where
+    single points, each by itself, explain as much.
+    """
+    adjustment = adjusted.adjustment
+    whole = adjustment.whole
+    if whole is None:
+        return NOTHING
+    plan = _known_of(adjusted, whole.solution, whole.drawn)
+    if plan is None:
+        return NOTHING
+    (found, moved, p_value), is_of_many = _clearest(plan, frozenset())
+    if not is_of_many:
+        return NOTHING
+    kept = _known_of(adjusted, adjustment.solution, adjustment.drawn)
+    if found is None or found.kind is not Kind.STEP:
+        return found, moved, p_value
+    part = is_among(plan.control["point_id"], list(found.point_ids))
+    is_kept = np.zeros(len(part), dtype=bool)
+    is_kept[kept.rows] = ~adjustment.control["is_set_aside"].to_numpy(dtype=bool)
+    both = (np.outer(side & is_kept, found.amplitude) for side in (part, ~part))
+    moved = max(kept.moved_by(errors) for errors in both)
+    return replace(found, moved=moved), moved, p_value
 
 
 def _clearest(plan, set_aside):
@@ -109,26 +140,23 @@ def _clearest(plan, set_aside):
     return (None, *group), True
 
 
-def _known_of(adjusted):
-    """AdjustedPlan, or None."""
+def _known_of(adjusted, solution, drawn):
+    """AdjustedPlan of a solution of an adjustment, or None."""
     adjustment = adjusted.adjustment
-    tables, solution = adjustment.tables, adjustment.solution
-    observations, table = solution.observations, adjustment.control
+    tables, table = adjustment.tables, adjustment.control
     is_known = solution.redundancy > 0 and not tables.has_unknown_groups
-    if not is_known or observations.is_fixed.any() or len(table) > MOST_IN_PLAN:
+    if not is_known or solution.observations.is_fixed.any():
         return None
-    drawn = adjustment.drawn.control_in_plan
-    known = plan_scores(solution, adjustment.s_0, drawn, N_DRAWS)
+    if len(table) > MOST_IN_PLAN:
+        return None
+    known = plan_scores(solution, adjustment.s_0, drawn.control_in_plan, N_DRAWS)
     control = adjusted.block.control_points
     names, asked = encode(control["point_id"]), encode(table["point_id"])
     points = adjusted.solution.points
     new = points.loc[points["role"] == "new", "point_id"]
     is_new = is_among(tables.point_id[adjustment.drawn.points], new)
     rows = names.locate(asked)[asked.codes]
-    # what was set aside shows nothing of itself
-    is_out = table["is_set_aside"].to_numpy(dtype=bool)
-    shown = known.shown * ~is_out[:, None]
-    return AdjustedPlan(control, rows, replace(known, shown=shown), is_new)
+    return AdjustedPlan(control, rows, known, is_new)
 
 
 def _group(plan, found, is_free):
@@ -157,7 +185,16 @@ def _group(plan, found, is_free):
 
 def with_adjusted_plan(adjusted, patterns, set_aside=frozenset(), known=frozenset()):
     """Patterns of heights, with that in plan of an adjustment where it shows one."""
-    plan, moved, p_value = pattern_of_adjusted_plan(adjusted, set_aside, known)
+    found = pattern_of_adjusted_plan(adjusted, set_aside, known)
+    return _with_plan(adjusted, patterns, *found)
+
+
+def with_plan_before_setting_aside(adjusted, patterns):
+    """The same, of all control, where some of it was set aside."""
+    return _with_plan(adjusted, patterns, *pattern_before_setting_aside(adjusted))
+
+
+def _with_plan(adjusted, patterns, plan, moved, p_value):
     if moved == 0.0:
         return patterns
     n_control = patterns.n_control or len(adjusted.adjustment.control)
