@@ -30,6 +30,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
+    follows_control,
     with_adjusted_heights,
     with_scale_of_heights,
 )
@@ -311,7 +312,9 @@ class SuspectControl:
     def _patterns_in_two_steps(self):
         """Patterns of the two steps, but for what was set aside.
 
-        Without a high flight heights of single models show them. Where one point
+        Without a high flight heights of single models show them, unless these go onto
+        approximate points that are no control: the adjustment goes on without such
+        points, and has tests of its own for control. Where one point
         contradicts the adjustment these lean on it, and say nothing of the adjustment,
         in which what it does is known; unless they have another scale, which is no
         matter of one point.
@@ -319,6 +322,8 @@ class SuspectControl:
         two_step = self.two_step
         if not two_step.is_possible:
             return two_step.control_patterns
+        if not follows_control(self.block):  # what is told is of approximate points
+            return NO_PATTERNS
         height = two_step.control_patterns.height
         is_scale = height is not None and height.kind is Kind.SCALE
         is_of_one = len(self._suspect_control) == 1 and not is_scale

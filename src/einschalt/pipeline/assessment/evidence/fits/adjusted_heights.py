@@ -104,21 +104,29 @@ def follows_control(block) -> bool:
 def patterns_of_two_steps(two_step):
     """Control that is wrong together, by two steps, and by one adjustment beside them.
 
-    ControlPatterns. Both follow control alike, but the adjustment shows smaller ones,
-    and without a high flight alone those in plan, where no given point is told.
+    ControlPatterns. Both follow control alike, but the adjustment shows smaller ones.
+    Without a high flight two steps have the residuals of given heights, and what these
+    show does more in them than in the adjustment: it shows what they do not; and alone
+    patterns in plan, where no given point is told.
     """
-    patterns = find_control_patterns(two_step, two_step.excluded_control)
+    set_aside = two_step.excluded_control
+    patterns = find_control_patterns(two_step, set_aside)
     bends = two_step.solution.shared_bends
     if bends is not None:
         patterns = with_scale_of_heights(bends.height_scales, patterns)
     adjustment = two_step.adjusted_beside
-    if adjustment is None or not follows_control(two_step.block):
+    if adjustment is None:
         return patterns
     beside = Beside(adjustment, two_step.solution, two_step.block)
-    patterns = with_adjusted_heights(beside, patterns, two_step.excluded_control)
-    if two_step.block.high_flight is not None or two_step.is_put_off:
+    if two_step.block.high_flight is not None:
+        return with_adjusted_heights(beside, patterns, set_aside)
+    given = two_step.given_heights
+    is_silent = given is None or given.p_value > SIGNIFICANCE
+    if patterns.height is None and is_silent:
+        patterns = with_adjusted_heights(beside, patterns, set_aside)
+    if two_step.is_put_off:
         return patterns
-    return with_adjusted_plan(beside, patterns, two_step.excluded_control)
+    return with_adjusted_plan(beside, patterns, set_aside)
 
 
 def pattern_of_adjusted_heights(adjusted, set_aside=frozenset()):

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
+from scipy.special import chdtrc
 
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
@@ -92,6 +93,12 @@ class GivenHeights:
     def covariance(self, _axes=HEIGHT):
         """Their covariance."""
         return np.eye(len(self._whitening))
+
+    @property
+    def p_value(self):
+        """Probability of squares as large as theirs, if errors are as large as told."""
+        squares = float(np.sum(self.observed() ** 2))
+        return float(chdtrc(len(self._whitening), squares))
 
     def of(self, patterns, _axes=HEIGHT):
         """What each pattern makes of them for an amplitude of one, (n_patterns, n, 1).
