@@ -16,7 +16,7 @@ XML = {name: text for name, text in TEXTS.items() if text.lstrip().startswith("<
 XML["markers.xml"] = MARKERS
 LAUGHS = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;&x;&x;&x;&x;&x;&x;">]>'
 FILE = '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]>'
-SOON = 5.0  # seconds; thousandths where nothing else runs
+SOON = 5.0  # seconds of the processor; thousandths are usual
 
 
 def body(text):
@@ -25,10 +25,10 @@ def body(text):
 
 def refused(file, data):
     file.write_bytes(data if isinstance(data, bytes) else data.encode())
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(EinschaltError) as error:
         found_in(file)
-    assert time.monotonic() - start < SOON
+    assert time.process_time() - start < SOON
     assert file.name in str(error.value)
     assert len(str(error.value)) < 600
     return str(error.value)
@@ -67,9 +67,9 @@ def test_no_number_is_made_of_what_is_none(tmp_path, name):
 def test_a_line_without_an_end_and_bytes_are_no_trap(tmp_path, name):
     file, text = tmp_path / name, TEXTS[name]
     for data in (text.encode() + b"x" * 2_000_000, text.encode() + bytes(range(256))):
-        start = time.monotonic()
+        start = time.process_time()
         tables_of(file, data)
-        assert time.monotonic() - start < SOON
+        assert time.process_time() - start < SOON
 
 
 def tables_of(file, data):
@@ -131,6 +131,6 @@ def test_ten_thousand_points_without_names_are_numbered_soon(tmp_path):
     """In time that grows as their number does, and not as its square."""
     lines = "".join(f"{k} 2 3 4 5 a.jpg\n" for k in range(10_000))
     (tmp_path / "gcp_list.txt").write_text(f"WGS84\n{lines}")
-    start = time.monotonic()
+    start = time.process_time()
     assert len(read_odm(tmp_path / "gcp_list.txt").points) == 10_000
-    assert time.monotonic() - start < SOON
+    assert time.process_time() - start < SOON

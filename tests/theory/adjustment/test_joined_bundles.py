@@ -22,6 +22,7 @@ def _kind(bundle_of_row, n_bundles, n_each, axes):
 def _places(onto, n_each, width):
     """In which joined bundle each bundle stands."""
     blocks = onto.tocsr().matrix.T.tocsr()
+    blocks.eliminate_zeros()
     assert (np.diff(blocks.indptr) == 1).all()
     row = blocks.indices[:: onto.axes.size(n_each)]
     return onto.axes.count(row) // width
