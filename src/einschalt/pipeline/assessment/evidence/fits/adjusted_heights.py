@@ -115,7 +115,7 @@ def patterns_of_two_steps(two_step):
     if bends is not None:
         patterns = with_scale_of_heights(bends.height_scales, patterns)
     adjustment = two_step.adjusted_beside
-    if adjustment is None:
+    if adjustment is None or not follows_control(two_step.block):
         return patterns
     beside = Beside(adjustment, two_step.solution, two_step.block)
     if two_step.block.high_flight is not None:
