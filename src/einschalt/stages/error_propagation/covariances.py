@@ -77,9 +77,10 @@ class SharedCovariances:
         joint = self._through_models(chains, size, bundles, met_of_these, sizes)
         n, parts = _n_parameters(chains), parts or {}
         alike = {}
-        for name in chains.keys() - joint.keys():
-            part = parts.get(name, slice(size))
-            alike.setdefault((part.start, part.stop), {})[name] = chains[name]
+        for name, chain in chains.items():
+            if name not in joint:
+                part = parts.get(name, slice(size))
+                alike.setdefault((part.start, part.stop), {})[name] = chain
         for edges, some in alike.items():
             part = slice(*edges)
             for source, rows in _rows_to_bundles(some, size, bundles, n, part):

@@ -37,12 +37,12 @@ def joined_bundles(
         them.
     """
     (first, *others), axes = kinds, kinds[0].axes
-    marks = [_marks(first, n_each[0])]
-    places, n_bundles, is_joined = [np.arange(len(marks[0]))], len(marks[0]), [True]
+    known = _marks(first, n_each[0])
+    places, n_bundles, is_joined = [np.arange(len(known))], len(known), [True]
     for one, n_of_one in zip(others, n_each[1:], strict=True):
         place = np.full(axes.count(one.shape[1]) // n_of_one, -1)
         if one.shape[0] == first.shape[0]:
-            place = _beside(marks[0], _marks(one, n_of_one))
+            place = _beside(known, _marks(one, n_of_one))
         is_alone = place < 0
         is_joined.append(bool(np.mean(~is_alone) >= LEAST_SHARE))
         if is_joined[-1]:

@@ -17,7 +17,6 @@ import numpy as np
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 
 N_AXES = 2
-NUMBERS_AT_ONCE = 4_000_000
 # of the largest eigenvalue of a covariance of scores: what is smaller is rounding, as
 # of an affinity of the whole block, which affine models follow to eight digits
 LEAST_RANK = 1e-6
@@ -101,7 +100,7 @@ def _followed(solution, control):
     followed = np.zeros((known.n_points, N_AXES, len(control), N_AXES))
     for axis in range(N_AXES):
         done = 0
-        for n_columns in draws_in_parts(len(control), n_axes * n_rows, NUMBERS_AT_ONCE):
+        for n_columns in draws_in_parts(len(control), n_axes * n_rows):
             places = np.arange(done, done + n_columns)
             given = np.zeros((known.n_points, n_axes, n_columns))
             given[control[places], axis, np.arange(n_columns)] = 1.0
