@@ -170,6 +170,24 @@ def test_points_that_two_steps_contradict_themselves_do_not_count():
     assert moved_between_ways(one, one.two_step) == NOTHING
 
 
+@pytest.mark.parametrize(
+    ("heights", "expected"),
+    [
+        # 5 m where two steps know 3.5 m: the others agree to what both are known by
+        ([5.0, 0.05, -0.05, 0.03], 0.0),
+        ([0.5, 0.5, 0.5, 0.5], 0.49),
+        ([5.0, 0.5, 0.5, 0.5], 0.49),
+    ],
+)
+def test_heights_that_two_steps_hardly_know_tell_little(heights, expected):
+    plan = {"easting": np.zeros(4), "northing": np.zeros(4)}
+    one = fake({**plan, "height": np.zeros(4), "standard_error_height": 0.04})
+    stated = [3.5, 0.08, 0.08, 0.08]
+    one.two_step = fake({**plan, "height": heights, "standard_error_height": stated})
+    found = moved_between_ways(one, one.two_step)
+    assert found.height == pytest.approx(expected, abs=0.01)
+
+
 def residuals_of(easting, suspects):
     return pd.DataFrame(
         {

@@ -19,12 +19,13 @@ from einschalt.pipeline.assessment.evidence.control.suspects import (
     LARGE_SPREAD,
     suspects_by_chance,
 )
-from einschalt.theory.adjustment.point_operator import GROUND_NAMES
+from einschalt.theory.adjustment.point_operator import GROUND_NAMES, N_PLAN
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 # of the claimed figure: what must come to it, so that chance in single points does
 # not make a claim fall (1.25 in all)
 LEAST_ADDED = 0.75
+HEIGHT_ERROR = "standard_error_height"
 LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 # quarter of χ² by its mean, for two coordinates and for one
 LOW_OF_PLAN, LOW_OF_HEIGHT = 0.2877, 0.1015
@@ -278,12 +279,46 @@ def moved_between_ways(adjusted, two_step) -> Displacement:
     # regions of the adjustment are those that control follows too
     if two_step.is_put_off and not adjusted.displaced_regions:
         two_step = two_step.corrected
-    apart = new_points_apart(adjusted, _as_told(two_step))
+    apart = apart_from(adjusted.points, _as_told(two_step))
+    moved = _of_new(adjusted, adjusted.points["point_id"], apart)
     s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
-    both = (adjusted, two_step)
-    plan = s_0 * np.hypot(adjusted.figures.mean_within, _by_what_was_stated(two_step))
-    height = s_0 * np.linalg.norm([each.stated_height for each in both])
-    return Displacement(_beyond(apart.plan, plan), _beyond(apart.height, height))
+    plan = np.hypot(adjusted.figures.mean_within, _by_what_was_stated(two_step))
+    return Displacement(
+        _beyond(moved.plan, s_0 * plan),
+        _beyond_in_height(adjusted, two_step, apart[:, N_PLAN:], s_0),
+    )
+
+
+def _beyond_in_height(adjusted, two_step, apart, s_0):
+    """What heights of both ways lie apart beyond their errors, new points, RMS [m].
+
+    Models on three control points almost in line tilt by metres, as they are told to.
+    So points whose heights are known worse than those of most weigh less.
+    """
+    points = adjusted.points
+    is_new = (points["role"] == "new").to_numpy()
+    names = points["point_id"][is_new]
+    both = [_height_errors(each.points, names) for each in (adjusted, two_step)]
+    squares = np.sum(apart[is_new] ** 2, axis=1)
+    chance = s_0**2 * np.sum(np.square(both), axis=0)
+    is_known = np.isfinite(squares + chance)
+    if not is_known.any():
+        return 0.0
+    squares, chance = squares[is_known], chance[is_known]
+    usual = np.median(chance)
+    is_worse = chance > usual
+    weights = np.divide(usual, chance, out=np.ones(len(chance)), where=is_worse)
+    excess = np.average(squares, weights=weights) - np.average(chance, weights=weights)
+    # over all new points: of the others nothing is known
+    return float(np.sqrt(max(excess, 0.0) * np.mean(is_known)))
+
+
+def _height_errors(points, names):
+    """Standard errors of heights of points, (n_names,) [m]; 0 where none is known."""
+    if HEIGHT_ERROR not in points:
+        return np.zeros(len(names))
+    known = points.drop_duplicates("point_id").set_index("point_id")[HEIGHT_ERROR]
+    return np.nan_to_num(known.reindex(names).to_numpy(dtype=float))
 
 
 def _as_told(two_step):
