@@ -289,23 +289,23 @@ class SuspectControl:
         """Those of the two steps, and of the heights in the adjustment.
 
         Of these only where all control takes part: what is left beside control that
-        was set aside is chosen to agree, and beside one point that contradicts the
-        adjustment others lean on it. Of plan as well, where there is no high flight
-        beside which control is left out, and no region is displaced.
+        was set aside is chosen to agree. One point that contradicts the adjustment may
+        be as wrong as it likes, as others lean on it, unless it stands at the edge of a
+        part. Of plan as well, where there is no high flight beside which control is
+        left out, and no region is displaced.
         """
         scales = self.adjustment.height_scales
         patterns = with_scale_of_heights(scales, self._patterns_in_two_steps)
         is_single = len(self._suspect_control) == 1
-        if not (self._set_aside or is_single):
-            patterns = with_adjusted_heights(self, patterns)
+        known = self._suspect_control if is_single else frozenset()
+        if not self._set_aside:
+            patterns = with_adjusted_heights(self, patterns, known=known)
         if self.block.high_flight is not None or self.displaced_regions:
             return patterns
         if self._set_aside:  # what is left is chosen to agree, and may be the wrong one
             if check_points_confirm(self):
                 return patterns
             return with_plan_before_setting_aside(self, patterns)
-        # what one point does is known, unless it stands at the edge of a part
-        known = self._suspect_control if is_single else frozenset()
         return with_adjusted_plan(self, patterns, known=known)
 
     @property

@@ -163,17 +163,27 @@ def pattern_of_adjusted_heights(adjusted, set_aside=frozenset()):
     return pattern if pattern[2] <= SIGNIFICANCE else NOTHING
 
 
-def with_adjusted_heights(adjusted, patterns, set_aside=frozenset()):
+def with_adjusted_heights(adjusted, patterns, set_aside=frozenset(), known=frozenset()):
     """Patterns of two steps, with that in heights of an adjustment where it shows one.
 
     It knows control better, and what that does to its own points. Another scale of
-    heights is no matter of control.
+    heights is told before it, as control bends with it; where the adjustment shows that
+    less clearly, control may make it, and the larger effect counts. Points of ``known``
+    effect may be as wrong as they like, unless a pattern of many explains more than one
+    of them.
     """
     height, moved, p_value = pattern_of_adjusted_heights(adjusted, set_aside)
+    is_of_many = height is not None and height.kind is not Kind.POINT
+    if known and not is_of_many:
+        is_free = set_aside | known
+        height, moved, p_value = pattern_of_adjusted_heights(adjusted, is_free)
     if moved == 0.0:
         return patterns
-    if patterns.height is not None and patterns.height.flights:
-        return patterns
+    scale = patterns.height
+    if scale is not None and scale.flights:
+        is_doubtful = scale.is_of_adjustment and p_value < scale.p_value
+        moved = max(moved, scale.moved) if is_doubtful else patterns.moved_height
+        return replace(patterns, moved_height=moved)
     n_control = patterns.n_control if height is None else height.n_control
     return replace(
         patterns,
