@@ -95,6 +95,10 @@ FACTS = Part(
             "drift findings the sum over all passes [m]"
         ),
         "kind": "kind of the pattern",
+        "is_beside_given": (
+            "whether it is approximate points, which agree among themselves, that "
+            "control contradicts"
+        ),
         "is_told_apart": (
             "whether errors of all points that are larger by one factor do not explain "
             "it as well"

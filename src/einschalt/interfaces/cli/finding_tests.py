@@ -247,7 +247,9 @@ TESTS = mark_each(
             "Whether the corrections of the control points have a step or a bend."
         ),
         "contradicting_control": (
-            "The corrections of all control points against their standard errors."
+            "The corrections of all control points against their standard errors; "
+            "where approximate points agree among themselves, what two steps onto "
+            "these miss control by, but for a similarity."
         ),
         "gross_measurements": (
             "The residual of each measurement in an adjustment of all models of its "

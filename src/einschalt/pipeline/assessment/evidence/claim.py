@@ -321,7 +321,7 @@ class _ClaimTests:
         unknown = self._control().to_be_estimated
         if unknown and not np.any(self.model.standard_errors.get(unknown, 0.0)):
             return None
-        observed, roles = _known(examined)
+        observed, roles = missed_in_plan(examined)
         is_known = (roles == role) & np.isfinite(observed).all(axis=1)
         lone = [each.point_id for each in examined.lone_points]
         is_known &= ~is_among(examined.means.points["point_id"], lone)
@@ -350,7 +350,7 @@ class _ClaimTests:
         return axes.plan(control.apply(known))[place]
 
 
-def _known(examined):
+def missed_in_plan(examined):
     """Densified minus given coordinates, before residuals were distributed; roles.
 
     A control point whose given coordinates are its approximate ones is none: it took

@@ -47,9 +47,8 @@ def shared_differences(examined, point_ids) -> SharedDifferences | None:
     n = len(point_ids)
     if not two_step.is_possible or two_step.error_model is None or n < 2:
         return None
-    model = two_step.error_model
     few = np.unique(np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(int))
-    covariance = _covariance(two_step, model, np.asarray(point_ids)[few])
+    covariance = covariance_in_plan(two_step, np.asarray(point_ids)[few])
     if covariance is None:
         return None
     total = np.trace(covariance)
@@ -70,11 +69,14 @@ def _of_all(covariance, n):
     return SharedDifferences(float(n**2 / squares), of_sum / n**2)
 
 
-def _covariance(two_step, model, point_ids):
-    """Of densified minus given coordinates, all of one axis first [m²]; or None."""
-    means = two_step.means.points["point_id"]
+def covariance_in_plan(two_step, point_ids):
+    """Of densified minus given coordinates in two steps, all of one axis first [m²].
+
+    None where a point is one of another solution, or sizes are not known.
+    """
+    model, means = two_step.error_model, two_step.means.points["point_id"]
     places = encode(means).locate(encode(point_ids))
-    if places.min() < 0:  # points of another solution
+    if places.min() < 0:
         return None
     pick = selection(places, len(means), model.axes)
     chains = {name: pick @ chain for name, chain in model.chains.items()}

@@ -192,6 +192,7 @@ def contradicting_control(examined):
         facts={
             "n_control": patterns.n_control or getattr(strain, "n_control", 0),
             "moved": patterns.moved_plan if patterns.plan is None else 0.0,
+            "is_beside_given": patterns.is_beside_given,
         },
     )
 
@@ -215,7 +216,7 @@ def contradicting_control_of_adjustment(adjusted):
         expected=1.0,
         probability=larger.p_value,
         remedy="look_for_wrong_control_or_raise_errors",
-        facts={"n_control": len(control), "moved": 0.0},
+        facts={"n_control": len(control), "moved": 0.0, "is_beside_given": False},
     )
 
 

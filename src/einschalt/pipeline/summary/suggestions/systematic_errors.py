@@ -153,6 +153,11 @@ CONTRADICTING_AND_MOVING = mark(
     "The {n_control} control points contradict each other by more than their standard "
     "errors (p {p}), which may put the new points off by {moved:length}"
 )
+CONTRADICTING_GIVEN = mark(
+    "The {n_control} control points contradict the approximate points, which agree "
+    "among themselves as stated (p {p}); if some of control is wrong together, the new "
+    "points are off by {moved:length}"
+)
 CONTROL_ALIKE = mark(
     "Control in the region is displaced as well: {control:names of n_control}."
 )
@@ -319,6 +324,8 @@ def contradicting_control(finding):
     words = CONTRADICTING
     if finding.facts["moved"] > 0.0:
         words = CONTRADICTING_AND_MOVING
+    if finding.facts["is_beside_given"]:
+        words = CONTRADICTING_GIVEN
     return filled(words, finding, p=probability(finding.probability))
 
 

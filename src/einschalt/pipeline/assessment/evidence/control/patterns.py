@@ -82,6 +82,8 @@ class ControlPatterns:
     p_plan: float = 1.0
     p_height: float = 1.0
     n_control: int = 0  # points that patterns were looked for in
+    # whether it is approximate points that control contradicts in plan
+    is_beside_given: bool = False
 
     @property
     def unnamed_p_value(self):

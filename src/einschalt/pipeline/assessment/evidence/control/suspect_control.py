@@ -38,6 +38,9 @@ from einschalt.pipeline.assessment.evidence.fits.adjusted_plan import (
     with_adjusted_plan,
     with_plan_before_setting_aside,
 )
+from einschalt.pipeline.assessment.evidence.fits.control_beside_given import (
+    with_contradiction_beside_given,
+)
 from einschalt.pipeline.assessment.evidence.ground.wrong_given_points import (
     without_given,
 )
@@ -292,7 +295,8 @@ class SuspectControl:
         was set aside is chosen to agree. One point that contradicts the adjustment may
         be as wrong as it likes, as others lean on it, unless it stands at the edge of a
         part. Of plan as well, where there is no high flight beside which control is
-        left out, and no region is displaced.
+        left out, and no region is displaced; there approximate points that agree among
+        themselves count, too.
         """
         scales = self.adjustment.height_scales
         patterns = with_scale_of_heights(scales, self._patterns_in_two_steps)
@@ -306,7 +310,8 @@ class SuspectControl:
             if check_points_confirm(self):
                 return patterns
             return with_plan_before_setting_aside(self, patterns)
-        return with_adjusted_plan(self, patterns, known=known)
+        patterns = with_adjusted_plan(self, patterns, known=known)
+        return with_contradiction_beside_given(self, patterns)
 
     @property
     def _patterns_in_two_steps(self):
