@@ -102,7 +102,11 @@ def test_strain_of_single_points_is_contradicting_control():
     rough = strain(is_smooth=False)
     assert judges.strained_network(examined_with(strain=rough)) is None
     found = judges.contradicting_control(examined_with(strain=rough))
-    assert found.facts == {"n_control": 30, "moved": 0.0}
+    assert found.facts == {
+        "n_control": 30,
+        "moved": 0.0,
+        "is_beside_given": False,
+    }
     # the adjustment names them itself
     for is_suspect in (True, False):
         adjusted = examined_with(strain=rough, is_suspect=is_suspect)
@@ -117,7 +121,8 @@ def test_a_claim_enlarged_for_control_without_a_pattern_is_told(axis):
     examined.control_patterns = ControlPatterns(None, None, **shown)
     found = judges.contradicting_control(examined)
     assert found.probability == 0.002
-    assert found.facts == {"n_control": 13, "moved": 0.14 * (axis == "plan")}
+    moved = 0.14 * (axis == "plan")
+    assert found.facts == {"n_control": 13, "moved": moved, "is_beside_given": False}
 
 
 def test_chance_is_no_strain():

@@ -96,7 +96,7 @@ def test_contradicting_control_is_counted():
         Subject.CONTROL,
         remedy="look_for_wrong_control_or_raise_errors",
         probability=0.0012,
-        facts={"n_control": 30, "moved": 0.0},
+        facts={"n_control": 30, "moved": 0.0, "is_beside_given": False},
     )
     assert str(suggestion_of(found)) == (
         "The 30 control points contradict each other by more than their standard "
@@ -105,4 +105,10 @@ def test_contradicting_control_is_counted():
     moving = replace(found, facts=found.facts | {"moved": 0.138})
     assert "(p 0.0012), which may put the new points off by 14 cm" in str(
         suggestion_of(moving)
+    )
+    beside = replace(moving, facts=moving.facts | {"is_beside_given": True})
+    assert str(suggestion_of(beside)).startswith(
+        "The 30 control points contradict the approximate points, which agree among "
+        "themselves as stated (p 0.0012); if some of control is wrong together, the "
+        "new points are off by 14 cm."
     )
