@@ -43,7 +43,8 @@ def credible_heights(examined) -> CredibleHeights | None:
     if right is not None:
         return _beside_wrong_names(examined.stated_height, right)
     total = _stated_or_assumed(examined)
-    rejected, moved = examined.height_claim.rejected, examined.displaced.height
+    rejected = examined.height_claim.rejected
+    moved = max(examined.displaced.height, _tilted_by_plan(examined))
     is_refuted = bool(rejected) or heights_contradict(examined)
     moved = where_it_matters(moved, total, is_refuted=is_refuted)
     off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
@@ -60,6 +61,16 @@ def credible_heights(examined) -> CredibleHeights | None:
     value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
     factor = value / total if is_refuted and total > 0.0 else 1.0
     return CredibleHeights(value, is_refuted, float(factor))
+
+
+def _tilted_by_plan(examined):
+    """What given places that contradict each other in plan do to heights, RMS [m].
+
+    Of two steps that go straight onto them.
+    """
+    two_step = examined.two_step
+    given = two_step.given_heights if two_step is examined else None
+    return 0.0 if given is None else float(np.nan_to_num(given.moved_by_plan))
 
 
 def _stated_or_assumed(examined):

@@ -132,3 +132,19 @@ def test_without_errors_of_control_nothing_is_tested():
     control = block.control_points.drop(columns="standard_error_m")
     block = replace(block, control_points=control)
     assert pattern_of_adjusted_plan(adjusted(block).examination) == NOTHING
+
+
+def test_a_part_that_is_off_in_plan_is_no_step_of_metres_in_height():
+    """Models on three or four points tilt by it: 17 cm were told as 2.9 m."""
+    block, _ = east_off(
+        one_flight(3, n_given=16), 0.5, ("control_points", "approximate_points")
+    )
+    result = adjusted(block, "two_step")
+    new = result.points[result.points["role"] == "new"]
+    truth = block.truth.set_index("point_id").loc[new["point_id"], "height"]
+    true = np.sqrt(np.nanmean((new["height"].to_numpy() - truth.to_numpy()) ** 2))
+    believed = result.assessment.credible_heights.value
+    assert 0.6 * true < believed < 2.0 * true
+    given = result.examination.given_heights
+    assert given.p_value > 1e-6
+    assert given.moved_by_plan < true

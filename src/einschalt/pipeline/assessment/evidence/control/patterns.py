@@ -10,6 +10,7 @@ See docs/theory/claim.md.
 """
 
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -146,7 +147,8 @@ def _in_given_heights(examined):
     if n_given <= MOST_CONTROL:
         alone = _patterns(given.control, given.point_ids, is_used)
         kinds = [each for each in Kind if given.are_control or each is Kind.POINT]
-        patterns = [*(each for each in alone if each.kind in kinds), *patterns]
+        alone = [each for each in alone if each.kind in kinds]
+        patterns = [*compress(alone, given.are_told(alone)), *patterns]
     is_free = np.zeros(n_given, dtype=bool)
     height, moved, p_value = _worst_height(given, patterns, is_free, is_used)
     if not (given.are_control or moved > given.predicted):

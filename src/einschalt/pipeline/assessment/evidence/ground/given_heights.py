@@ -9,15 +9,17 @@ needs a high flight.
 See docs/theory/claim.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
+from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
+    PLAN,
     covariance_of,
 )
 from einschalt.pipeline.assessment.evidence.fits.mean_residuals import (
@@ -40,6 +42,10 @@ from einschalt.theory.adjustment.point_operator import (
 # of more points the covariance would be too large: these stand for all
 MOST_GIVEN = 500
 LEAST_VARIANCE = 1e-9  # of the largest: below it the fits leave nothing
+# residuals in plan, as many times as predicted: beyond it places contradict each other
+LEAST_CONTRADICTED = 1.25
+# of the standard errors of given heights: what is known worse than by so many
+LARGEST_UNKNOWN = 30.0
 # of the models of a point: with more of them it is the point that they contradict
 LARGEST_SHARE_OF_SUSPECTS = 0.5
 
@@ -68,9 +74,45 @@ class GivenHeights:
 
     @cached_property
     def variances(self):
-        """Covariance matrix of the residuals [m²]."""
-        sizes = self.model.standard_errors
-        return covariance_of(self._chains, sizes, HEIGHT)
+        """Covariance matrix of the residuals [m²].
+
+        With given places as bad in plan as their residuals show: models on three or
+        four points tilt by what is wrong there, and some residuals in height come of
+        nothing else.
+        """
+        return covariance_of(self._chains, self._sizes, HEIGHT)
+
+    @property
+    def _sizes(self):
+        """Sizes of the errors of all sources."""
+        sizes = dict(self.model.standard_errors)
+        for source in self.model.ground:
+            each = np.array(self.model.axes.each(sizes[source]))
+            each[:, list(PLAN)] *= self._larger_in_plan
+            sizes[source] = each
+        return sizes
+
+    @property
+    def _larger_in_plan(self):
+        """How many times larger than predicted residuals in plan are; 1 at least."""
+        plan = self.examined.claim.of(RESIDUALS)
+        if plan is None or not plan.observed > plan.predicted > 0.0:
+            return 1.0
+        return plan.observed / plan.predicted
+
+    def are_told(self, patterns):
+        """Which patterns residuals can tell, (n_patterns,) of bool.
+
+        Where places contradict each other in plan, they leave something in height that
+        a pattern of metres would explain which these hardly show: one that is known
+        worse than by some times the errors of given heights says nothing then.
+        """
+        if not self._larger_in_plan > LEAST_CONTRADICTED:
+            return np.ones(len(patterns), dtype=bool)
+        sizes, axes = self.model.standard_errors, self.model.axes
+        stated = [axes.each(sizes[name])[:, HEIGHT[0]] for name in self.model.ground]
+        largest = LARGEST_UNKNOWN * np.sqrt(np.mean(np.concatenate(stated) ** 2))
+        return np.linalg.norm(self.of(patterns)[:, :, 0], axis=1) * largest > 1.0
 
     @property
     def _chains(self):
@@ -145,6 +187,19 @@ class GivenHeights:
         Also where that is only assumed, and no figure is stated.
         """
         return self._of_new(self._propagated)
+
+    @cached_property
+    def moved_by_plan(self):
+        """What places that are worse in plan than stated add to heights, RMS [m].
+
+        0 where residuals in plan do not contradict them.
+        """
+        if not self._larger_in_plan > LEAST_CONTRADICTED:
+            return 0.0
+        shown = replace(self.model, standard_errors=self._sizes)
+        errors = propagate_model(shown, self.examined.means)
+        height = self._of_new(np.sqrt(errors.covariance[:, HEIGHT[0], HEIGHT[0]]))
+        return float(np.sqrt(max(height**2 - self.predicted**2, 0.0)))
 
     def predicted_at(self, point_ids):
         """That of some points, (n_points,) [m]; NaN where they have no heights."""
