@@ -294,7 +294,8 @@ class SuspectControl:
         Of these only where all control takes part: what is left beside control that
         was set aside is chosen to agree. One point that contradicts the adjustment may
         be as wrong as it likes, as others lean on it, unless it stands at the edge of a
-        part. Of plan as well, where there is no high flight beside which control is
+        part; if it is off in plan it tilts what is around it, and heights tell nothing
+        then. Of plan as well, where there is no high flight beside which control is
         left out, and no region is displaced; there approximate points that agree among
         themselves count, too.
         """
@@ -302,7 +303,7 @@ class SuspectControl:
         patterns = with_scale_of_heights(scales, self._patterns_in_two_steps)
         is_single = len(self._suspect_control) == 1
         known = self._suspect_control if is_single else frozenset()
-        if not self._set_aside:
+        if not (self._set_aside or self._is_single_in_plan):
             patterns = with_adjusted_heights(self, patterns, known=known)
         if self.block.high_flight is not None or self.displaced_regions:
             return patterns
@@ -312,6 +313,16 @@ class SuspectControl:
             return with_plan_before_setting_aside(self, patterns)
         patterns = with_adjusted_plan(self, patterns, known=known)
         return with_contradiction_beside_given(self, patterns)
+
+    @property
+    def _is_single_in_plan(self):
+        """Whether one point alone contradicts it, in plan more than in height."""
+        control = self.adjustment.control
+        suspects = control[control["is_suspect"]]
+        if len(suspects) != 1 or "strain_height" not in control:
+            return False
+        in_plan = np.hypot(suspects["strain_easting"], suspects["strain_northing"])
+        return bool(in_plan.iloc[0] > abs(suspects["strain_height"].iloc[0]))
 
     @property
     def _patterns_in_two_steps(self):
