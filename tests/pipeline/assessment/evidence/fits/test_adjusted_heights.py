@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 import einschalt as es
-from einschalt.pipeline.assessment.evidence.control.patterns import (
-    NO_PATTERNS,
-    FoundPattern,
-)
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.pipeline.assessment.evidence.fits.adjusted_heights import (
     pattern_of_adjusted_heights,
-    with_adjusted_heights,
 )
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -140,28 +135,6 @@ def test_a_part_is_told_beside_the_one_point_of_it_that_stands_out():
     believed, true = result.assessment.credible_heights, true_error(result, block)
     assert believed.is_lower_bound
     assert 0.8 * true < believed.value < 1.5 * true
-
-
-@pytest.mark.parametrize(("ratio", "is_doubtful"), [(10.0, True), (0.1, False)])
-def test_a_scale_that_a_step_makes_is_not_all_that_counts(ratio, is_doubtful):
-    examined = examine(adjusted(with_heights(spatial_block(5), east_up)).solution)
-    step = with_adjusted_heights(examined, NO_PATTERNS)
-    assert step.height.kind is Kind.STEP
-    p_value = ratio * step.p_height
-    scale = FoundPattern(
-        kind=Kind.SCALE,
-        flights=("low_flight",),
-        point_ids=(),
-        n_control=20,
-        amplitude=(0.01,),
-        p_value=p_value,
-        moved=0.02,
-        is_of_adjustment=True,
-    )
-    patterns = replace(NO_PATTERNS, height=scale, moved_height=0.02, p_height=p_value)
-    found = with_adjusted_heights(examined, patterns)
-    assert found.height is scale
-    assert found.moved_height == (step.moved_height if is_doubtful else scale.moved)
 
 
 @pytest.mark.slow

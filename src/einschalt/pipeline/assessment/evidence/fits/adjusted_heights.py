@@ -167,10 +167,8 @@ def with_adjusted_heights(adjusted, patterns, set_aside=frozenset(), known=froze
     """Patterns of two steps, with that in heights of an adjustment where it shows one.
 
     It knows control better, and what that does to its own points. Another scale of
-    heights is told before it, as control bends with it; where the adjustment shows that
-    less clearly, control may make it, and the larger effect counts. Points of ``known``
-    effect may be as wrong as they like, unless a pattern of many explains more than one
-    of them.
+    heights is no matter of control. Points of ``known`` effect may be as wrong as they
+    like, unless a pattern of many explains more than one of them.
     """
     height, moved, p_value = pattern_of_adjusted_heights(adjusted, set_aside)
     is_of_many = height is not None and height.kind is not Kind.POINT
@@ -179,11 +177,8 @@ def with_adjusted_heights(adjusted, patterns, set_aside=frozenset(), known=froze
         height, moved, p_value = pattern_of_adjusted_heights(adjusted, is_free)
     if moved == 0.0:
         return patterns
-    scale = patterns.height
-    if scale is not None and scale.flights:
-        is_doubtful = scale.is_of_adjustment and p_value < scale.p_value
-        moved = max(moved, scale.moved) if is_doubtful else patterns.moved_height
-        return replace(patterns, moved_height=moved)
+    if patterns.height is not None and patterns.height.flights:
+        return patterns
     n_control = patterns.n_control if height is None else height.n_control
     return replace(
         patterns,
