@@ -353,8 +353,10 @@ class _ClaimTests:
 def missed_in_plan(examined):
     """Densified minus given coordinates, before residuals were distributed; roles.
 
-    A control point whose given coordinates are its approximate ones is none: it took
-    part. A check point with such coordinates did not, as nothing is fitted onto it.
+    (n_points, 2) [m], NaN where none are given, and (n_points,), of all points of the
+    means in their order. A control point whose given coordinates are its approximate
+    ones is none: it took part. A check point with such coordinates did not, as nothing
+    is fitted onto it.
     """
     plan = list(PLAN)
     points = examined.means.points

@@ -70,9 +70,10 @@ def _of_all(covariance, n):
 
 
 def covariance_in_plan(two_step, point_ids):
-    """Of densified minus given coordinates in two steps, all of one axis first [m²].
+    """Covariance of densified minus given coordinates in two steps.
 
-    None where a point is one of another solution, or sizes are not known.
+    (2 n_points, 2 n_points), all eastings first [m²]. None where a point is one of
+    another solution, or sizes are not known.
     """
     model, means = two_step.error_model, two_step.means.points["point_id"]
     places = encode(means).locate(encode(point_ids))

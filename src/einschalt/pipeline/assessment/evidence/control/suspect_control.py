@@ -66,6 +66,7 @@ MOST_SET_ASIDE = 0.4
 # another list, of which snooping takes out whatever hangs on least
 MOST_IN_HEIGHT, FEWEST_IN_HEIGHT = 0.25, 3
 FEWEST_CONFIRMING = 4  # check points
+STRAINS = ["strain_easting", "strain_northing", "strain_height"]
 STANDS_OUT = 2.0  # times the heights of control that is kept, RMS
 
 
@@ -321,8 +322,8 @@ class SuspectControl:
         suspects = control[control["is_suspect"]]
         if len(suspects) != 1 or "strain_height" not in control:
             return False
-        in_plan = np.hypot(suspects["strain_easting"], suspects["strain_northing"])
-        return bool(in_plan.iloc[0] > abs(suspects["strain_height"].iloc[0]))
+        ((east, north, up),) = suspects[STRAINS].to_numpy(dtype=float)
+        return bool(np.hypot(east, north) > abs(up))
 
     @property
     def _patterns_in_two_steps(self):

@@ -11,7 +11,6 @@ See docs/theory/claim.md.
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import lstsq, solve_triangular
 from scipy.special import chdtrc
 
 from einschalt.foundations.frame_columns import values_of
@@ -28,6 +27,7 @@ from einschalt.stages.error_propagation.given_points import (
     PLAN,
     approximations_are_control,
 )
+from einschalt.theory.adjustment.pattern_tests import examine_patterns
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 # of a similarity, which leaves numbers to test only beyond them
@@ -77,8 +77,10 @@ def given_points_agree(adjusted) -> bool:
 def p_value_of_control(two_step, point_ids) -> float:
     """Probability that control and approximate points differ so much, but for a frame.
 
-    A similarity of all of them, as between two systems, tells nothing of control; 1
-    where too few are left, or nothing is known of the errors of either.
+    In plan, at the control points of these names, but for those whose approximate
+    coordinates are the given ones. A similarity of all of them, as between two
+    systems, tells nothing of control; 1 where too few are left, or nothing is known of
+    the errors of either.
     """
     missed, roles = missed_in_plan(two_step)
     names = two_step.means.points["point_id"].to_numpy(dtype=object)
@@ -92,15 +94,13 @@ def p_value_of_control(two_step, point_ids) -> float:
     control = two_step.block.control_points
     place = encode(control["point_id"]).locate(encode(names[rows]))
     design = _of_similarity(values_of(control, PLAN)[place])
+    observed = missed[rows].T.ravel()
+    no_pattern = np.empty((0, len(observed), 1))
     try:
-        root = np.linalg.cholesky(covariance)
+        rest = examine_patterns(observed, covariance, no_pattern, free=design)
     except np.linalg.LinAlgError:  # points without errors of their own
         return 1.0
-    both = np.column_stack([missed[rows].T.ravel(), design])
-    observed, *design = solve_triangular(root, both, lower=True).T
-    design = np.column_stack(design)
-    rest = observed - design @ lstsq(design, observed)[0]
-    return float(chdtrc(len(rest) - N_PARAMETERS, rest @ rest))
+    return float(chdtrc(rest.n, rest.total))
 
 
 def _of_similarity(xy):
