@@ -33,6 +33,19 @@ def with_wrong(block, role, by, row=3):
     return replace(block, control_points=control), control.loc[index, "point_id"]
 
 
+def measured_worse(block):
+    """The block with measurements five times as bad as it states."""
+    flights = {
+        name: replace(flight, m_g_um=0.2 * flight.m_g_um)
+        for name, flight in (
+            ("low_flight", block.low_flight),
+            ("high_flight", block.high_flight),
+        )
+        if flight is not None
+    }
+    return replace(block, **flights)
+
+
 def computed(block, **settings):
     return densify(block, block.settings.updated(settings))
 
@@ -247,20 +260,75 @@ def test_without_check_points_nothing_warns(onto_given_points):
 
 
 @pytest.mark.parametrize("method", WAYS)
-def test_where_something_else_contradicts_the_claim_none_is_left_aside(
-    simulated, method
+@pytest.mark.parametrize(("by", "is_aside"), [(0.3, False), (30.0, True)])
+def test_beside_errors_larger_than_stated_only_what_is_far_beyond_is_left_aside(
+    simulated, onto_given_points, method, by, is_aside
 ):
+    """Sizes of errors do not make one point of six lie 30 m off; 30 cm they may."""
+    block = simulated if method == "simultaneous" else onto_given_points
+    block, name = with_wrong(block, "check", by)
+    result = computed(measured_worse(block), method=method)
+    credible = result.assessment.credible
+    assert credible.is_lower_bound
+    assert credible.left_aside == ((name,) if is_aside else ())
+    assert 0.7 < credible.value / true_error(result, simulated.truth) < 3.0
+    assert result.assessment.claim_is_supported is False
+
+
+def test_beside_control_in_doubt_no_check_point_is_left_aside(simulated):
     """The figure is that of all known points, and every point a suspect."""
     block, _ = with_wrong(simulated, "check", 30.0)
-    low = replace(block.low_flight, m_g_um=0.2 * block.low_flight.m_g_um)
-    high = replace(block.high_flight, m_g_um=0.2 * block.high_flight.m_g_um)
-    block = replace(block, low_flight=low, high_flight=high)
-    result = computed(block, method=method)
+    result = computed(measured_worse(block))
     credible = result.assessment.credible
     assert not credible.left_aside
     assert credible.is_lower_bound
     assert credible.value > 3.0
     assert result.points["is_suspect"].all()
+
+
+def test_control_of_one_model_is_left_aside_where_its_own_place_confirms_it(
+    onto_given_points,
+):
+    """A gross error of its measurement would show in its approximate coordinates."""
+    low = onto_given_points.low_flight
+    points = low.model_points
+    block = replace(
+        onto_given_points,
+        low_flight=replace(
+            low, model_points=points[points["coverage"] == points["coverage"].iloc[0]]
+        ),
+    )
+    n_models = block.low_flight.model_points["point_id"].value_counts()
+    control = block.control_points
+    is_one = (control["role"] == "control") & (control["point_id"].map(n_models) == 1)
+    moved = control.copy()
+    index = control.index[is_one][0]
+    moved.loc[index, "easting"] += 3.0
+    wrong = computed(replace(block, control_points=moved))
+    credible = wrong.assessment.credible
+    assert credible.left_aside == (control.loc[index, "point_id"],)
+    right = computed(block).assessment.credible
+    assert credible.value == pytest.approx(right.value, rel=1e-9)
+    # what its measurement is off by shows as little in its difference
+    points = block.low_flight.model_points.copy()
+    is_it = points["point_id"] == control.loc[index, "point_id"]
+    points.loc[is_it, "x"] += 0.5
+    spoilt = replace(block, low_flight=replace(low, model_points=points))
+    assert not computed(spoilt).assessment.credible.left_aside
+
+
+def test_control_beside_control_that_is_stated_too_good(onto_given_points):
+    """What most of the others show is what one is held against."""
+    block, name = with_wrong(onto_given_points, "control", 3.0)
+    rng = np.random.default_rng(8)
+    control = block.control_points.copy()
+    control[PLAN] += rng.normal(0.0, 0.06, (len(control), 2))
+    block = replace(block, control_points=control)
+    result = computed(block)
+    credible = result.assessment.credible
+    assert credible.left_aside == (name,)
+    assert credible.is_lower_bound
+    assert credible.value < 0.15  # the others differ by that
 
 
 def test_a_point_that_no_model_of_the_high_flight_holds_is_in_doubt(simulated):

@@ -12,7 +12,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.pipeline.assessment.evidence.claim import (
+    KNOWN,
     NEIGHBOURS,
+    OF_INDEPENDENCE,
     REGIONS,
     RESIDUALS,
 )
@@ -36,6 +38,9 @@ from einschalt.theory.adjustment.significance import (
     MIN_REPORTED_RATIO,
 )
 
+# tests of how large errors are, whatever they have in common
+OF_SIZES = (*OF_INDEPENDENCE, RESIDUALS, *KNOWN.values())
+LEAST_OF_CLAIM = 10.0  # what is nearer than so many times the claim may be the block
 TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
 
@@ -204,7 +209,8 @@ def _beside_lone_points(examined, rest):
     lone = examined.lone_points
     if not lone:
         return rest
-    if rest.is_lower_bound or not examined.claim.is_supported:
+    is_doubted = rest.is_lower_bound or not examined.claim.is_supported
+    if is_doubted and not _are_beyond_any_size(examined, rest, lone):
         # more than those points contradicts it: they may be right
         known = (examined.known_check, examined.known_control)
         shown = max(rest.value, *(part.rms for part in known if part.count))
@@ -217,6 +223,22 @@ def _beside_lone_points(examined, rest):
     value = np.hypot(rest.value, np.sqrt(squares / examined.figures.n_new))
     bound = {"is_lower_bound": True, "reason": Reason.EXCHANGED_NAMES}
     return replace(rest, value=float(value), elsewhere=rest.value, **bound)
+
+
+def _are_beyond_any_size(examined, rest, lone):
+    """Whether lone points lie far beyond a figure that only sizes of errors contradict.
+
+    Coverages, residuals or the other known points, larger than stated errors make them.
+    What neighbours share, a region or wrong control may move the points as far.
+    """
+    if rest.doubt or control_contradicts(examined):
+        return False
+    if any(test.name not in OF_SIZES for test in examined.claim.rejected):
+        return False
+    is_adjusted = examined.two_step is not examined
+    if is_adjusted and (examined.keeps_wrong_control or examined.is_deformed):
+        return False
+    return all(each.miss >= LEAST_OF_CLAIM * rest.value for each in lone)
 
 
 def _where_contradicted(examined):
@@ -386,15 +408,19 @@ def _of_adjustment(examined):
 
 def _moved(examined, claimed, *, is_refuted):
     """What is wrong moves the new points by so much, TOTAL, RMS [m]; 0 without."""
-    moved = examined.displaced.plan
-    moved = where_it_matters(moved, claimed, is_refuted=is_refuted)
-    moved = max(
-        moved,
-        _moved_by_strain(examined),
-        _moved_by_film(examined),
-        examined.moved_by_shown_heights,
+    both = (examined.displaced, examined.displaced_together)
+    sizes = (where_it_matters(d.plan, claimed, is_refuted=is_refuted) for d in both)
+    moved, together = (
+        max(
+            size,
+            _moved_by_strain(examined),
+            _moved_by_film(examined),
+            examined.moved_by_shown_heights,
+        )
+        for size in sizes
     )
-    if is_refuted or moved > 0.0:  # the other way may be right
+    # the other way may be right; single wrong points say nothing of it
+    if is_refuted or together > 0.0:
         moved = max(moved, examined.apart_from_two_steps.plan)
     return float(np.hypot(moved, examined.frame.could_be_off.plan))
 

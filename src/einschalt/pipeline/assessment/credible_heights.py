@@ -12,6 +12,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import Kind
 from einschalt.stages.error_propagation.error_model import CONTROL
+from einschalt.theory.adjustment.least_squares import SQRT2
 
 COLUMN = "standard_error_height"
 # by which heights of models are too large or too small: beyond it no camera explains it
@@ -42,23 +43,26 @@ def credible_heights(examined) -> CredibleHeights | None:
     right = examined.names_put_right
     if right is not None:
         return _beside_wrong_names(examined.stated_height, right)
-    total = _stated_or_assumed(examined)
+    stated = examined.stated_height
+    total = _assumed(examined) if np.isnan(stated) else stated
+    # without any, heights are hardly better than plan
+    least = examined.credible.value / SQRT2 if np.isnan(total) else total
     rejected = examined.height_claim.rejected
     moved = max(examined.displaced.height, _tilted_by_plan(examined))
     is_refuted = bool(rejected) or heights_contradict(examined)
-    moved = where_it_matters(moved, total, is_refuted=is_refuted)
+    moved = where_it_matters(moved, least, is_refuted=is_refuted)
     off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
     is_refuted = is_refuted or moved > 0.0 or off > 0.0
     shown = [moved, *(_excess_of(examined, test) for test in rejected)]
     # what turns models in plan tilts them as well
     if is_refuted or examined.credible.is_lower_bound:
         apart = examined.apart_from_two_steps.height
-        apart = where_it_matters(apart, total, is_refuted=is_refuted)
+        apart = where_it_matters(apart, least, is_refuted=is_refuted)
         is_refuted = is_refuted or apart > 0.0
         shown.append(apart)
     extra = max([0.0, *(size for size in shown if np.isfinite(size))])
     extra = float(np.hypot(extra, off))
-    value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
+    value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else stated
     factor = value / total if is_refuted and total > 0.0 else 1.0
     return CredibleHeights(value, is_refuted, float(factor))
 
@@ -73,13 +77,11 @@ def _tilted_by_plan(examined):
     return 0.0 if given is None else float(np.nan_to_num(given.moved_by_plan))
 
 
-def _stated_or_assumed(examined):
-    """The propagated figure; without one that of errors that are assumed, or NaN."""
-    total, two_step = examined.stated_height, examined.two_step
-    pattern = examined.control_patterns.height
-    if np.isnan(total) and pattern is not None and two_step.given_heights is not None:
-        return two_step.given_heights.predicted
-    return total
+def _assumed(examined):
+    """The figure by errors that are assumed of given points, RMS [m], or NaN."""
+    two_step = examined.two_step
+    given = two_step.given_heights if two_step.is_possible else None
+    return np.nan if given is None else given.predicted
 
 
 def _beside_wrong_names(total, right):

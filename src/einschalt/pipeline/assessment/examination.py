@@ -29,6 +29,7 @@ from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     displacement_of,
+    displacement_of_all,
     moved_by_left_out_control,
 )
 from einschalt.pipeline.assessment.evidence.control.heights import (
@@ -164,6 +165,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
     known_heights = cached_property(known_heights)
     lone_height = cached_property(find_lone_height)
     displaced = cached_property(displacement_of)
+    displaced_together = cached_property(displacement_of_all)
     judged = cached_property(judged_points)
 
     @cached_property
@@ -171,8 +173,8 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         """Names of points that more than the solution itself contradicts: a set.
 
         Check points by themselves, known points that are far off with the new point
-        that lies where one is given, control points that were left out, and points that
-        were measured under each other's name.
+        that lies where one is given, control points that were left out, points that
+        were measured under each other's name, and those whose models lie far apart.
         """
         left_out = self.control_left_out
         exchanged = (exchange.points for exchange in self.exchanged_names)
@@ -182,6 +184,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         return set(contradicting_points(self)).union(
             lone - {""},
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
+            self.points.loc[self.far_apart, "point_id"],
             *(*exchanged, *alone),
         )
 

@@ -8,6 +8,7 @@ import pandas as pd
 from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among, rows_of_names
 from einschalt.pipeline.assessment.credibility import (
+    LEAST_OF_CLAIM,
     TOTAL,
     larger_column,
 )
@@ -44,9 +45,9 @@ ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 # claimed, and by how far the other one is off
 WITHIN_CLAIM, MOST_OF_MISS = 10.0, 0.1
 FEWEST_CONFIRMING = 2  # measurements of a point
+FEWEST_TO_SHOW = 5  # known points, of what errors they have
 MOST_LONE = 0.25  # of the known points, where several are far off
 ALIKE = 0.5  # cosine of the angle between differences
-LEAST_OF_CLAIM = 10.0  # what is nearer than so many times the claim may be the block
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,15 +270,49 @@ def find_lone_points(examined) -> tuple[LonePoint, ...]:
     """Known points that took no part and make the differences too large, worst first.
 
     None unless each of them contradicts the claim by itself and is off by ten times as
-    much, the others agree with it, and these are so much nearer that chance would not
-    make them so if all points were as far off as the root mean square with them; nor
-    where control that may be wrong moves the block there, or no two measurements of a
-    point confirm each other: a gross error in one of them tells of those that new
-    points have. Nor are several, unless they are few, a model of each holds another
-    known point that agrees, and no two neighbours are off alike. What they are compared
-    with, or their names, are wrong otherwise, which is no matter of the other points,
-    unless one of these lies where one of them is given.
+    much, the others agree with it, or with what most of them show, and these are so
+    much nearer that chance would not make them so if all points were as far off as the
+    root mean square with them; nor where control that may be wrong moves the block
+    there, or nothing confirms the measurement of a point: a gross error in it tells of
+    those that new points have. Nor are several, unless they are few, a model of each
+    holds another known point that agrees, and no two neighbours are off alike. What
+    they are compared with, or their names, are wrong otherwise, which is no matter of
+    the other points, unless one of these lies where one of them is given.
     """
+    known = _known_and_far(examined)
+    if not all(_agree_without(*each) for each in known):
+        shown = [_as_most_show(of_role) for of_role, _ in known]
+        known = [(of_role, _far_points(of_role)) for of_role in shown]
+    far = np.concatenate([names for _, names in known])
+    if not len(far) or not all(_agree_without(*each) for each in known):
+        return ()
+    others = np.setdiff1d(np.concatenate([of.point_ids for of, _ in known]), far)
+    is_few = len(far) <= MOST_LONE * (len(far) + len(others))
+    if len(far) > 1 and not (is_few and _are_beside(examined, far, others)):
+        return ()
+    if _have_neighbours_alike(examined, known, far):
+        return ()
+    miss = {
+        name: float(np.hypot(*difference))
+        for of_role, _ in known
+        for name, difference in zip(of_role.point_ids, of_role.differences, strict=True)
+    }
+    if not all(_is_confirmed(examined, name, miss[name]) for name in far):
+        return ()
+    if any(_is_near_doubt(examined, name) for name in far):
+        return ()
+    worst = sorted(far, key=lambda name: -miss[name])
+    claimed = max(of_role.claimed for of_role, _ in known if of_role.count)
+    if miss[worst[-1]] < LEAST_OF_CLAIM * claimed:
+        return ()
+    return tuple(
+        LonePoint(name, miss[name], *_found_there(examined, name, miss[name]))
+        for name in worst
+    )
+
+
+def _known_and_far(examined):
+    """Known points that took no part, of each role, and names of those that are off."""
     # the claim is tested without them: they are found by what no test has judged
     column, points = larger_column(examined), examined.points
     check = _compared(examined, points[points["role"] == "check"], column)
@@ -288,32 +323,20 @@ def find_lone_points(examined) -> tuple[LonePoint, ...]:
         is_out = ~is_among(control["point_id"], took_part)
         control = _compared(examined, control[is_out], column)
         known.append((control, _far_points(control)))
-    far = np.concatenate([names for _, names in known])
-    if not len(far) or not all(_agree_without(*each) for each in known):
-        return ()
-    others = np.setdiff1d(np.concatenate([of.point_ids for of, _ in known]), far)
-    is_few = len(far) <= MOST_LONE * (len(far) + len(others))
-    if len(far) > 1 and not (is_few and _are_beside(examined, far, others)):
-        return ()
-    if _have_neighbours_alike(examined, known, far):
-        return ()
-    if not all(_is_confirmed(examined, name) for name in far):
-        return ()
-    if any(_is_near_doubt(examined, name) for name in far):
-        return ()
-    miss = {
-        name: float(np.hypot(*difference))
-        for of_role, _ in known
-        for name, difference in zip(of_role.point_ids, of_role.differences, strict=True)
-    }
-    worst = sorted(far, key=lambda name: -miss[name])
-    claimed = max(of_role.claimed for of_role, _ in known if of_role.count)
-    if miss[worst[-1]] < LEAST_OF_CLAIM * claimed:
-        return ()
-    return tuple(
-        LonePoint(name, miss[name], *_found_there(examined, name, miss[name]))
-        for name in worst
-    )
+    return known
+
+
+def _as_most_show(known):
+    """Known points against what most of them show, where that is more than claimed.
+
+    Their median, which a wrong one does not move. Two coordinates of equal errors are
+    taken, whose square has the median ln 2 of its mean.
+    """
+    if known.count < FEWEST_TO_SHOW:
+        return known
+    squares = np.sum(known.differences**2, axis=1)
+    shown = float(np.sqrt(np.median(squares) / np.log(2.0)))
+    return replace(known, claimed=max(known.claimed, shown), covariance_of_mean=None)
 
 
 def _agree_without(known, far):
@@ -376,8 +399,12 @@ def _found_there(examined, name, miss):
     return new["point_id"].iloc[nearest], float(away[nearest])
 
 
-def _is_confirmed(examined, name):
-    """Whether two models of the low flight have a point at the same place."""
+def _is_confirmed(examined, name, miss):
+    """Whether a point was measured where it is, as far as it is off.
+
+    Two models of the low flight have it at the same place; or one that is fitted onto
+    its approximate coordinates, in which so large an error would have been found.
+    """
     residuals, points = examined.residuals, examined.points
     is_of_point = (residuals["flight"] == LOW) & (residuals["point_id"] == name)
     if not is_of_point.any():  # no model of two steps is fitted onto it
@@ -385,7 +412,13 @@ def _is_confirmed(examined, name):
         n_models, is_suspect = points[["n_models", "is_suspect"]].iloc[point]
         return bool(n_models >= FEWEST_CONFIRMING and not is_suspect)
     is_good = is_of_point & ~residuals["is_suspect"].astype(bool)
-    return int(is_good.sum()) >= FEWEST_CONFIRMING
+    if int(is_good.sum()) >= FEWEST_CONFIRMING:
+        return True
+    if examined.two_step is not examined:  # residuals against the point itself
+        return False
+    fitted = examined.low.reliability
+    detectable = fitted.loc[fitted["point_id"] == name, "minimal_detectable_bias"]
+    return bool(is_good.any() and (detectable < miss).all())
 
 
 def _is_near_doubt(examined, name):

@@ -88,6 +88,11 @@ def heights_contradict(examined) -> bool:
 
 def displacement_of(examined) -> Displacement:
     """What is wrong moves the new points by so much."""
+    return largest(examined.displaced_together, moved_by_suspects(examined))
+
+
+def displacement_of_all(examined) -> Displacement:
+    """What is wrong with control moves the new points by so much, and not suspects."""
     patterns, is_known = examined.control_patterns, examined.is_effect_known
     step = examined.network_step  # which of an adjustment is that of the two steps
     of_step = 0.0 if step is None or is_known(step) else step.moved
@@ -98,7 +103,6 @@ def displacement_of(examined) -> Displacement:
     return largest(
         examined.moved_by_left_out,
         examined.moved_by_suspect_control,
-        moved_by_suspects(examined),
         Displacement(in_plan, in_height),
     )
 
