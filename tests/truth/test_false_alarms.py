@@ -131,7 +131,7 @@ def test_families_of_a_model(clean, level):
     p_value = fitted_point_tests(clean.fit, points).p_value
     n_models = len(points.start) - 1
 
-    is_rejected = is_rejected_by_holm(p_value, points.start, level)
+    is_rejected = is_rejected_by_holm(p_value, level, points.start)
     by_holm = np.maximum.reduceat(is_rejected, points.start[:-1])
     assert by_holm.sum() <= binom.isf(CHANCE, n_models, level)
     # no less either: a test that never speaks would keep every level

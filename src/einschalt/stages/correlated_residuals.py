@@ -59,7 +59,7 @@ def tested_again(tests, fit, points, covariances, significance) -> PointTests:
     """
     w, p_value = tests.w.copy(), tests.p_value.copy()
     level = max(STANDS_OUT, significance)
-    stands_out = is_rejected_by_holm(p_value, points.start, level)
+    stands_out = is_rejected_by_holm(p_value, level, points.start)
     for models, rows, found in _plane_covariances(points, stands_out, covariances):
         design = design_of(fit, models, points, rows)
         again = correlated_point_tests(fit.residuals[rows], design, found)

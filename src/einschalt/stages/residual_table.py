@@ -31,7 +31,7 @@ def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=N
         redundancy_number=redundancy_numbers(leverage),
         w=tests.w,
         p_value=tests.p_value,
-        is_suspect=is_rejected_by_holm(tests.p_value, observed.start, significance),
+        is_suspect=is_rejected_by_holm(tests.p_value, significance, observed.start),
     )
 
 

@@ -35,7 +35,7 @@ def families():
 @pytest.mark.parametrize("significance", [0.001, 0.05, 0.3, 0.9])
 def test_each_family_is_rejected_as_statsmodels_does(families, significance):
     p_values, start = families
-    is_rejected = is_rejected_by_holm(p_values, start, significance)
+    is_rejected = is_rejected_by_holm(p_values, significance, start)
     assert is_rejected.any()
     for first, last in pairwise(start):
         own = p_values[first:last]
@@ -49,7 +49,7 @@ def test_each_family_is_rejected_as_statsmodels_does(families, significance):
 
 def test_nothing_tested_nothing_rejected():
     nothing = np.full(3, np.nan)
-    assert not is_rejected_by_holm(nothing, np.array([0, 2, 3]), 0.05).any()
+    assert not is_rejected_by_holm(nothing, 0.05, np.array([0, 2, 3])).any()
     assert count_tested(nothing, np.array([0, 2, 3])).tolist() == [0, 0]
 
 

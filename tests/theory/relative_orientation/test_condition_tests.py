@@ -80,7 +80,7 @@ def test_a_blunder_of_ten_sigma_is_found(make_pairs):
     )
     spoilt = StereoPairs(image, pairs.start, pairs.distance)
     tests = condition_tests(spoilt.orient(), spoilt)
-    is_suspect = is_rejected_by_holm(tests.p_value, pairs.start, 0.001)[places]
+    is_suspect = is_rejected_by_holm(tests.p_value, 0.001, pairs.start)[places]
     # Student's t of 34 degrees, one of 40 points, found with 95 %: 1.645 beyond its
     # limit, which is uncertain itself by the root of 1 + t²/(2 f)
     limit = stdtrit(34, 1.0 - 0.001 / 40 / 2)
@@ -94,7 +94,7 @@ def test_a_blunder_of_ten_sigma_is_found(make_pairs):
 def test_false_alarms_are_not_more_than_nominal(good_pairs):
     tests = condition_tests(good_pairs.orient(), good_pairs)
     for level in (0.001, 0.01, 0.05):
-        is_suspect = is_rejected_by_holm(tests.p_value, good_pairs.start, level)
+        is_suspect = is_rejected_by_holm(tests.p_value, level, good_pairs.start)
         alarms = is_suspect.reshape(-1, 20).any(axis=1).mean()
         assert alarms <= level + 3.0 * np.sqrt(level / 1500)
 

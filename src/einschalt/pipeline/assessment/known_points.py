@@ -217,8 +217,7 @@ def contradicting_points(examined) -> np.ndarray:
     determinant = east * north - both**2
     squares = north * d_east**2 - 2.0 * both * d_east * d_north + east * d_north**2
     p_value = np.exp(-squares / determinant / 2.0)
-    family = np.array([0, len(p_value)])
-    return names[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
+    return names[is_rejected_by_holm(p_value, FINDING_SIGNIFICANCE)]
 
 
 def few_contradicting_points(examined) -> np.ndarray:
@@ -243,9 +242,7 @@ def _far_points(known):
     if not known.are_beyond:
         return known.point_ids[:0]
     p_value = np.exp(-np.sum(known.differences**2, axis=1) / known.claimed**2)
-    family = np.array([0, known.count])
-    is_far = is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)
-    return known.point_ids[is_far]
+    return known.point_ids[is_rejected_by_holm(p_value, FINDING_SIGNIFICANCE)]
 
 
 def _few(known, names):

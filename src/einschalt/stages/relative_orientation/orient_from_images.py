@@ -377,7 +377,7 @@ def _tests(points, is_wrong, pairs):
     predicted = prediction_tests(pairs, others)
     is_suspect = is_wrong.copy()
     is_suspect[~is_wrong] = is_rejected_by_holm(
-        tests.p_value, used.start, GROSS_ERROR_SIGNIFICANCE
+        tests.p_value, GROSS_ERROR_SIGNIFICANCE, used.start
     )
     return {
         "w": _merged(is_wrong, tests.w, predicted.w),

@@ -105,11 +105,11 @@ def residual_table(
     error = observations.standard_error  # of spatial models by axis
     bias = minimal_detectable_bias(error if error.ndim == 1 else error[:, 0], r)
     start = np.searchsorted(observations.model, np.arange(observations.n_models + 1))
-    is_refused = is_rejected_by_holm(tests.p_value, start, significance)
+    is_refused = is_rejected_by_holm(tests.p_value, significance, start)
     if control.is_suspect.any():
         # what only wrong control makes look wrong was measured well
         still = judge(control.without, none_out, observations).p_value
-        is_refused &= is_rejected_by_holm(still, start, significance) | np.isnan(still)
+        is_refused &= is_rejected_by_holm(still, significance, start) | np.isnan(still)
     names = tables.models.iloc[part.models[observations.model]].reset_index(drop=True)
     residuals = names.assign(
         point_id=tables.point_id[part.points[observations.point]],

@@ -13,17 +13,17 @@ from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.kernels import compiled
 
 
-def is_rejected_by_holm(p_values, start, significance):
+def is_rejected_by_holm(p_values, significance, start=None):
     """Which tests are rejected, so that a family errs at all with a probability only.
 
     Parameters
     ----------
     p_values : ndarray, shape (n,)
         Sorted by family; NaN where nothing was tested.
-    start : ndarray of int, shape (n_families + 1,)
-        Family k owns rows ``start[k]:start[k + 1]``.
     significance : float
         That probability.
+    start : ndarray of int, shape (n_families + 1,), optional
+        Family k owns rows ``start[k]:start[k + 1]``; all are one where left out.
 
     Returns
     -------
@@ -31,11 +31,12 @@ def is_rejected_by_holm(p_values, start, significance):
 
     Examples
     --------
-    >>> p_values = np.array([0.01, 0.04, 0.03])
-    >>> is_rejected_by_holm(p_values, np.array([0, 3]), 0.05).tolist()
+    >>> is_rejected_by_holm([0.01, 0.04, 0.03], 0.05).tolist()
     [True, False, False]
     """
     p_values = np.asarray(p_values, dtype=float)
+    if start is None:
+        start = np.array([0, len(p_values)])
     # only what could be rejected is sorted: these are the smallest of their families,
     # and their ranks are the same among all
     candidates = np.where(p_values <= significance, p_values, np.nan)

@@ -132,8 +132,7 @@ def _beyond_chance(tests, p_values):
     """Those of some tests that chance does not explain, by Holm over all of them."""
     if not np.isfinite(p_values).any():
         return ()
-    family = np.array([0, len(tests)])
-    is_rejected = is_rejected_by_holm(p_values, family, CLAIM_SIGNIFICANCE)
+    is_rejected = is_rejected_by_holm(p_values, CLAIM_SIGNIFICANCE)
     return tuple(compress(tests, is_rejected))
 
 

@@ -128,12 +128,11 @@ def left_out_table(left_out, significance):
         *(np.sqrt(east), np.sqrt(north), variance[:, 0, 1], np.sqrt(east + north)),
         *(np.sqrt(left_out.squares), p_value),
     )
-    family = np.array([0, len(p_value)])
     table = pd.DataFrame({"point_id": left_out.point_ids})
     table = with_columns(
         table,
         **dict(zip(COLUMNS, columns, strict=True)),
-        is_suspect=is_rejected_by_holm(p_value, family, significance),
+        is_suspect=is_rejected_by_holm(p_value, significance),
     )
     if not left_out.has_heights:
         return table

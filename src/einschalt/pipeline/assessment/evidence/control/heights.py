@@ -85,8 +85,7 @@ class KnownHeights:
     @property
     def far(self) -> np.ndarray:
         """Names of those that contradict the claim each by itself, farthest first."""
-        family = np.array([0, self.count])
-        is_far = is_rejected_by_holm(self.p_values, family, FINDING_SIGNIFICANCE)
+        is_far = is_rejected_by_holm(self.p_values, FINDING_SIGNIFICANCE)
         by_size = np.argsort(-np.abs(self.differences), kind="stable")
         return self.point_ids[by_size][is_far[by_size]]
 
