@@ -1,9 +1,6 @@
 """Files of BINGO, after its manual: geoin.dat, image.dat and itera.dat."""
 
-import numpy as np
-import pandas as pd
-
-from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
@@ -11,6 +8,7 @@ from einschalt.interfaces.programs.foreign import (
     lines_of,
     numbers_of,
     orientations,
+    points_on_ground,
     unseen,
 )
 from einschalt.interfaces.programs.pat_b import read_photos
@@ -32,8 +30,7 @@ def read_control(file) -> Foreign:
     if not lines:
         raise damaged(file.source, "holds no CONT or CHCK", GEOIN)
     values = numbers_of(lines, file.source, 2, 5, GEOIN)
-    table = pd.DataFrame({"point_id": [line.words[1] for line in lines]})
-    table[["easting", "northing", "height"]] = values
+    table = points_on_ground([line.words[1] for line in lines], values)
     table["role"] = [ROLES[line.words[0].upper()] for line in lines]
     return Foreign({"control_points": table}, None, (unseen(file.source),))
 
@@ -54,25 +51,14 @@ def read_result(file) -> Foreign:
     if photos:
         values = numbers_of(photos, file.source, 2, 8, ITERA)
         phi, omega, kappa = (values[:, 3:] * RADIANS_PER_GON).T
-        # phi first, then omega, then kappa: from the image to the ground
-        turn = _about(1, phi) @ _about(0, omega) @ _about(2, kappa)
-        angles = angles_from_rotation(np.swapaxes(turn, 1, 2))
+        # from the ground to the image: phi first, then omega, then kappa
+        turn = rotation_from_angles(omega, 0.0, kappa)
+        turn = turn @ rotation_from_angles(0.0, phi, 0.0)
+        angles = angles_from_rotation(turn)
         names = [line.words[1] for line in photos]
         tables["orientations"] = orientations(names, values[:, :3], angles)
     if points:
-        table = pd.DataFrame({"point_id": [line.words[1] for line in points]})
         values = numbers_of(points, file.source, 2, 5, ITERA)
-        table[["easting", "northing", "height"]] = values
+        table = points_on_ground([line.words[1] for line in points], values)
         tables["control_points"] = table.assign(role="new")
     return Foreign(tables, None, (unseen(file.source),))
-
-
-def _about(axis, angle):
-    """Right-handed rotations about an axis, (n, 3, 3)."""
-    one, two = [(1, 2), (2, 0), (0, 1)][axis]
-    turn = np.zeros((len(angle), 3, 3))
-    turn[:, axis, axis] = 1.0
-    turn[:, one, one] = turn[:, two, two] = np.cos(angle)
-    turn[:, two, one] = np.sin(angle)
-    turn[:, one, two] = -np.sin(angle)
-    return turn

@@ -20,6 +20,7 @@ from einschalt.interfaces.programs.foreign import (
     is_finite,
     numbers_of,
     orientations,
+    points_in_images,
 )
 from einschalt.interfaces.programs.pixel_cameras import corner_keys, without_pitch
 
@@ -196,8 +197,7 @@ def _measured(names, bodies, source):
         points += kept
         places.append(xy[is_known])
     xy = np.concatenate(places) if places else np.empty((0, 2))
-    table = pd.DataFrame({"image_id": images, "point_id": points})
-    return table.assign(x=xy[:, 0], y=xy[:, 1]), n_alone
+    return points_in_images(images, points, xy), n_alone
 
 
 def _points(lines, announced, source):

@@ -183,6 +183,27 @@ def require_rows(lines, source, expected):
         raise damaged(source, "holds nothing but comments", expected)
 
 
+def points_on_ground(names, places):
+    """Table of points; ``places`` (n, 3) easting, northing, height."""
+    table = pd.DataFrame({"point_id": names})
+    table[["easting", "northing", "height"]] = np.asarray(places)
+    return table
+
+
+def points_in_images(images, names, xy):
+    """Table of measured points; ``xy`` (n, 2) in the unit of the file."""
+    table = pd.DataFrame({"image_id": images, "point_id": names})
+    return table.assign(x=xy[:, 0], y=xy[:, 1])
+
+
+def photo_points(rows, source, expected, factor=1.0):
+    """Table of measured points of pairs: photo, and line of point x y."""
+    lines = [line for _, line in rows]
+    xy = factor * numbers_of(lines, source, 1, 3, expected)
+    photos, names = [photo for photo, _ in rows], [line.words[0] for line in lines]
+    return points_in_images(photos, names, xy)
+
+
 def orientations(names, centres, angles, **more):
     """Table of exterior orientations.
 

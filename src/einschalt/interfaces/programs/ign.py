@@ -1,7 +1,6 @@
 """Text files of IGN's TopAero: orientations, control points, image points."""
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.number_parsing import is_number
@@ -15,6 +14,8 @@ from einschalt.interfaces.programs.foreign import (
     lines_of,
     numbers_of,
     orientations,
+    points_in_images,
+    points_on_ground,
     require_rows,
 )
 
@@ -107,7 +108,7 @@ def read_xyz(file) -> Foreign:
     values = numbers_of(lines, file.source, start, start + 3, XYZ)
     numbers = [str(k) for k in range(1, len(lines) + 1)]
     names = [_name(line.words[0]) for line in lines] if has_names else numbers
-    return Foreign({"control_points": _points(names, values)})
+    return Foreign({"control_points": points_on_ground(names, values)})
 
 
 def _require_names(lines, source):
@@ -137,14 +138,8 @@ def read_app(file) -> Foreign:
     lines = lines_of(file)
     require_rows(lines, file.source, APP)
     values = numbers_of(lines, file.source, 2, 5, APP)
-    table = _points([_name(line.words[0]) for line in lines], values)
+    table = points_on_ground([_name(line.words[0]) for line in lines], values)
     return Foreign({"control_points": table.assign(code=[o.words[1] for o in lines])})
-
-
-def _points(names, values):
-    table = pd.DataFrame({"point_id": names})
-    table[["easting", "northing", "height"]] = values
-    return table
 
 
 def read_mes(file) -> Foreign:
@@ -160,6 +155,6 @@ def read_mes(file) -> Foreign:
             file=file.source,
             row=lines[0].row,
         )
-    table = pd.DataFrame({"image_id": [line.words[1] for line in lines]})
-    table["point_id"] = [_name(line.words[0]) for line in lines]
-    return Foreign({"image_points": table.assign(x=values[:, 0], y=values[:, 1])})
+    names = [_name(line.words[0]) for line in lines]
+    images = [line.words[1] for line in lines]
+    return Foreign({"image_points": points_in_images(images, names, values)})

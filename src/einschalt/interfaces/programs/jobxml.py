@@ -6,13 +6,17 @@ names one that is known.
 """
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, read_xml, text_of
-from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite
+from einschalt.interfaces.programs.foreign import (
+    METRES,
+    Foreign,
+    is_finite,
+    points_on_ground,
+)
 from einschalt.interfaces.programs.jobxml_systems import system_of
 
 EXPECTED = "a job as Trimble's programs export it: Reductions with points"
@@ -38,8 +42,7 @@ def read_jobxml(file) -> Foreign:
             remedy="Choose a coordinate system in the job, and export it again",
             file=file.source,
         )
-    table = pd.DataFrame({"point_id": names})
-    table[["easting", "northing", "height"]] = np.array(places)
+    table = points_on_ground(names, places)
     crs, notes = system_of(root, file.source)
     if n_others:
         left_out = kept("{n:point|points} without grid left out", n=n_others)

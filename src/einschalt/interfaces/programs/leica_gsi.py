@@ -22,6 +22,7 @@ from einschalt.interfaces.programs.foreign import (
     METRES,
     Foreign,
     lines_of,
+    points_on_ground,
     require_rows,
 )
 
@@ -60,8 +61,7 @@ def read_gsi(file) -> Foreign:
             remedy="Export coordinates from the instrument, or compute them first",
             file=file.source,
         )
-    table = pd.DataFrame({"point_id": names})
-    table[["easting", "northing", "height"]] = np.array(places)
+    table = points_on_ground(names, places)
     table = _once(table).dropna(axis=1, how="all")
     notes = [f"{file.source}: without the zeros that lead the names"]
     if n_lines:

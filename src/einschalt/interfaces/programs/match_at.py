@@ -1,7 +1,6 @@
 """Projects of Inpho (Match-AT), after descriptions of their format: ``.prj``."""
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.damaged_files import damaged
@@ -10,6 +9,8 @@ from einschalt.interfaces.programs.foreign import (
     lines_of,
     numbers_of,
     orientations,
+    photo_points,
+    points_on_ground,
     unseen,
 )
 
@@ -35,16 +36,11 @@ def read_project(file) -> Foreign:
         tables["orientations"] = _orientations(oriented, file.source)
     rows = [(p["name"], line) for p in photos for line in p["points"]]
     if rows:
-        measured = [line for _, line in rows]
-        xy = numbers_of(measured, file.source, 1, 3, POINTS)
-        table = pd.DataFrame({"image_id": [name for name, _ in rows]})
-        table["point_id"] = [line.words[0] for line in measured]
-        tables["image_points"] = table.assign(x=xy[:, 0], y=xy[:, 1])
+        tables["image_points"] = photo_points(rows, file.source, POINTS)
     if control:
-        table = pd.DataFrame({"point_id": [line.words[0] for line in control]})
+        names = [line.words[0] for line in control]
         values = numbers_of(control, file.source, 1, 4, CONTROL)
-        table[["easting", "northing", "height"]] = values
-        tables["control_points"] = table
+        tables["control_points"] = points_on_ground(names, values)
     if not tables:
         raise damaged(file.source, "holds no photos and no control points", EXPECTED)
     notes = [unseen(file.source)]

@@ -18,6 +18,7 @@ from einschalt.interfaces.programs.foreign import (
     lines_of,
     numbers_of,
     orientations,
+    photo_points,
     require_rows,
     unseen,
 )
@@ -121,11 +122,7 @@ def read_photos(file, factor=MM_PER_UM, expected=IMAGES) -> Foreign:
         raise damaged(file.source, found, expected, lines[-1].row)
     if not rows:
         raise damaged(file.source, "holds no measurement", expected)
-    measured = [line for _, line in rows]
-    xy = factor * numbers_of(measured, file.source, 1, 3, expected)
-    table = pd.DataFrame({"image_id": [photo for photo, _ in rows]})
-    table["point_id"] = [line.words[0] for line in measured]
-    table[["x", "y"]] = xy
+    table = photo_points(rows, file.source, expected, factor)
     return Foreign({"image_points": table}, None, (unseen(file.source),))
 
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
@@ -29,6 +28,8 @@ from einschalt.interfaces.programs.foreign import (
     lines_of,
     numbers_of,
     orientations,
+    points_in_images,
+    points_on_ground,
 )
 
 MARKS = "Object Point ID,Photo #"
@@ -111,15 +112,14 @@ def _columns(head, rows, names, file):
 def _marks(head, rows, file):
     xy = _columns(head, rows, ("X (pixels)", "Y (pixels)"), file)
     photo = head.index("Photo #")
-    table = pd.DataFrame({"image_id": [r.words[photo] for r in rows]})
-    table["point_id"] = [r.words[0] for r in rows]
-    return Foreign({"image_points": table.assign(x=xy[:, 0], y=xy[:, 1])})
+    images, names = ([r.words[place] for r in rows] for place in (photo, 0))
+    return Foreign({"image_points": points_in_images(images, names, xy)})
 
 
 def _points(head, rows, file):
     names = [f"{axis} (project units)" for axis in "XYZ"]
-    table = pd.DataFrame({"point_id": [r.words[0] for r in rows]})
-    table[["easting", "northing", "height"]] = _columns(head, rows, names, file)
+    places = _columns(head, rows, names, file)
+    table = points_on_ground([r.words[0] for r in rows], places)
     errors = [f"standard_error_{axis}" for axis in ("easting", "northing", "height")]
     for name, axis in zip(errors, "XYZ", strict=True):
         if f"{axis} Precision" not in head:
@@ -243,8 +243,7 @@ def _photos(blocks, file):
 
 def _object_points(block, file):
     values = numbers_of(block, file.source, 1, 7, POINT)
-    table = pd.DataFrame({"point_id": [line.words[0] for line in block]})
-    table[["easting", "northing", "height"]] = values[:, :3]
+    table = points_on_ground([line.words[0] for line in block], values[:, :3])
     for place, axis in enumerate(("easting", "northing", "height"), 3):
         if (values[:, place] > 0).all():  # negative where none was computed
             table[f"standard_error_{axis}"] = values[:, place]
@@ -260,6 +259,4 @@ def _marked(block, names, file):
             found = f"photo {word[:20]} is not among the {len(names)} photos"
             raise damaged(file.source, found, MARK, line.row)
         photos.append(names[int(word)])
-    table = pd.DataFrame({"image_id": photos})
-    table["point_id"] = [line.words[1] for line in block]
-    return table.assign(x=values[:, 0], y=values[:, 1])
+    return points_in_images(photos, [line.words[1] for line in block], values)

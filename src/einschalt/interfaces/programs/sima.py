@@ -7,13 +7,18 @@ left out. Text is Shift-JIS, or UTF-8 of newer programs.
 """
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.programs.foreign import METRES, Foreign, is_finite, unseen
+from einschalt.interfaces.programs.foreign import (
+    METRES,
+    Foreign,
+    is_finite,
+    points_on_ground,
+    unseen,
+)
 
 POINT = "A01"
 HEADS = (b"G00,", b"Z00,", b"A00,", b"A01,")
@@ -50,8 +55,7 @@ def read_sima(file) -> Foreign:
             remedy="Export the coordinates as well",
             file=file.source,
         )
-    table = pd.DataFrame({"point_id": names})
-    table[["easting", "northing", "height"]] = np.array(places)
+    table = points_on_ground(names, places)
     notes = [f"{file.source}: X is northing, Y is easting", unseen(file.source)]
     if n_others:
         left_out = kept("{n:line|lines} of parcels and routes left out", n=n_others)
