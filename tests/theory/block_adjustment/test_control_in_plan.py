@@ -7,10 +7,8 @@ import pytest
 
 import einschalt as es
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.theory.block_adjustment.control_in_plan import (
-    plan_scores,
-    scores_in_plan,
-)
+from einschalt.theory.block_adjustment.control_in_plan import IN_PLAN, plan_scores
+from einschalt.theory.block_adjustment.control_scores import scores_of_control
 
 STEP = np.array([0.04, -0.03])
 
@@ -62,8 +60,10 @@ def test_numbers_and_points_follow_a_step(solution, known):
     places[control, :2] += step
     moved = solution.readjusted(replace(given, control=places))
     expected = np.sum(shown_of(known, step) ** 2)
-    found = scores_in_plan(moved, moved.control_residuals[:, :, None])
-    before = scores_in_plan(solution, solution.control_residuals[:, :, None])
+    before, found = (
+        scores_of_control(each, each.control_residuals[:, :, None], IN_PLAN)
+        for each in (solution, moved)
+    )
     difference = (found - before).reshape(2, -1).T
     assert np.sum(difference * step) == pytest.approx(expected, rel=1e-3)
     change = (moved.points - solution.points)[:, :2]

@@ -26,8 +26,9 @@ from einschalt.theory.block_adjustment.block_tests import (
     judge_by_covariance,
     judge_observations,
 )
-from einschalt.theory.block_adjustment.control_heights import scores_of
-from einschalt.theory.block_adjustment.control_in_plan import scores_in_plan
+from einschalt.theory.block_adjustment.control_heights import IN_HEIGHT
+from einschalt.theory.block_adjustment.control_in_plan import IN_PLAN
+from einschalt.theory.block_adjustment.control_scores import scores_of_control
 from einschalt.theory.block_adjustment.gross_errors import OUT
 from einschalt.theory.block_adjustment.neighbouring_errors import (
     judge_among_neighbours,
@@ -234,12 +235,10 @@ def _drawn(tables, part, factors, solution):
         of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
         away = points - control
         of_control += away @ np.swapaxes(away, 1, 2)
-        if of_heights is not None:
-            scores = scores_of(solution, away)
-            of_heights += scores @ scores.T / N_DRAWS
-        if of_plan is not None:
-            scores = scores_in_plan(solution, away)
-            of_plan += scores @ scores.T / N_DRAWS
+        for axes, products in ((IN_HEIGHT, of_heights), (IN_PLAN, of_plan)):
+            if products is not None:
+                scores = scores_of_control(solution, away, axes)
+                products[:] += scores @ scores.T / N_DRAWS
         in_plan = share * np.sum(residuals[:, :2] ** 2, axis=1)
         of_flight = [in_plan[flight == k].sum(axis=0) for k in range(n_flights)]
         squares.append(np.stack(of_flight))

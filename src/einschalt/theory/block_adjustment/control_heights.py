@@ -17,9 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.theory.adjustment.monte_carlo import draws_in_parts
+from einschalt.theory.block_adjustment.control_scores import (
+    known_directions,
+    points_by_control,
+    scores_of_control,
+)
 
 HEIGHT = 2
+IN_HEIGHT = [HEIGHT]
 # of the largest eigenvalue of a covariance of scores: what is smaller is rounding
 LEAST_RANK = 1e-8
 
@@ -43,8 +48,8 @@ def height_scores(solution, s_0, drawn=None, n_draws=0) -> HeightScores:
     s_0 : float
         Larger than 1 where errors are larger than stated, by the whole block.
     drawn : ndarray, shape (n_control, n_control), optional
-        Covariance of the scores, as of :func:`scores_of`, by ``n_draws`` draws; that of
-        independent observations where left out.
+        Covariance of the scores, as of :func:`scores_of_control`, by ``n_draws`` draws;
+        that of independent observations where left out.
 
     Notes
     -----
@@ -53,48 +58,16 @@ def height_scores(solution, s_0, drawn=None, n_draws=0) -> HeightScores:
     """
     known = solution.observations
     control = np.flatnonzero(known.is_control)
-    follows = _followed(solution, control)
+    follows = points_by_control(solution, IN_HEIGHT)[:, 0, :, 0]
     missed = -follows[control]
     missed[np.diag_indices(len(control))] += 1.0
     shown = known.control_weight[control, HEIGHT, HEIGHT][:, None] * missed
-    scores = scores_of(solution, solution.control_residuals[:, :, None])[:, 0]
+    away = solution.control_residuals[:, :, None]
+    scores = scores_of_control(solution, away, IN_HEIGHT)[:, 0]
     covariance = (shown + shown.T) / 2.0 if drawn is None else drawn
-    inverse = _inverse(covariance) / max(1.0, np.nan_to_num(s_0)) ** 2
+    values, vectors = known_directions(covariance, LEAST_RANK)
+    inverse = (vectors / values) @ vectors.T / max(1.0, np.nan_to_num(s_0)) ** 2
     if drawn is not None:
         inverse *= max(n_draws - len(control) - 1, 1) / n_draws
     through = shown.T @ inverse
     return HeightScores(through @ scores, through @ shown, follows)
-
-
-def scores_of(solution, away):
-    """Scores of the heights of control, (n_control, n), adjusted less given away.
-
-    ``away`` (n_points, 3, n) [m]; of points that are no control anything.
-    """
-    known = solution.observations
-    control = np.flatnonzero(known.is_control)
-    weight = known.control_weight[control, HEIGHT]
-    return -np.einsum("nb,nbk->nk", weight, away[control])
-
-
-def _followed(solution, control):
-    """Heights of all points by those of control, (n_points, n_control)."""
-    known = solution.observations
-    n_rows, n_axes = len(known.model), known.control.shape[1]
-    followed, done = np.zeros((known.n_points, len(control))), 0
-    for n_columns in draws_in_parts(len(control), n_axes * n_rows):
-        places = np.arange(done, done + n_columns)
-        given = np.zeros((known.n_points, n_axes, n_columns))
-        given[control[places], HEIGHT, np.arange(n_columns)] = 1.0
-        still = np.zeros((n_rows, n_axes, n_columns))
-        followed[:, places] = solution.answer_to(still, given)[0][:, HEIGHT]
-        done += n_columns
-    return followed
-
-
-def _inverse(covariance):
-    """Inverse of a covariance of any rank."""
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2.0)
-    is_known = values > LEAST_RANK * max(values.max(initial=0.0), 0.0)
-    vectors = vectors[:, is_known]
-    return (vectors / values[is_known]) @ vectors.T

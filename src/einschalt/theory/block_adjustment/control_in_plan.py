@@ -14,9 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.theory.adjustment.monte_carlo import draws_in_parts
+from einschalt.theory.block_adjustment.control_scores import (
+    known_directions,
+    points_by_control,
+    scores_of_control,
+)
 
 N_AXES = 2
+IN_PLAN = [0, 1]
 # of the largest eigenvalue of a covariance of scores: what is smaller is rounding, as
 # of an affinity of the whole block, which affine models follow to eight digits
 LEAST_RANK = 1e-6
@@ -43,7 +48,7 @@ def plan_scores(solution, s_0, drawn=None, n_draws=0) -> PlanScores:
     s_0 : float
         Larger than 1 where errors are larger than stated, by the whole block.
     drawn : ndarray, shape (2 n_control, 2 n_control), optional
-        Covariance of the scores, as of :func:`scores_in_plan`, by ``n_draws`` draws;
+        Covariance of the scores, as of :func:`scores_of_control`, by ``n_draws`` draws;
         that of independent observations where left out.
 
     Notes
@@ -54,34 +59,20 @@ def plan_scores(solution, s_0, drawn=None, n_draws=0) -> PlanScores:
     known = solution.observations
     control = np.flatnonzero(known.is_control)
     n = N_AXES * len(control)
-    follows = _followed(solution, control)
+    follows = points_by_control(solution, IN_PLAN)
     # easting of all control points, then northing of all
     missed = np.eye(n) - follows[control].transpose(1, 0, 3, 2).reshape(n, n)
     shown = _weights(known, control) @ missed
     away = np.nan_to_num(solution.control_residuals)
-    scores = scores_in_plan(solution, away[:, :, None])[:, 0]
+    scores = scores_of_control(solution, away[:, :, None], IN_PLAN)[:, 0]
     covariance = (shown + shown.T) / 2.0 if drawn is None else drawn
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2.0)
-    is_known = values > LEAST_RANK * max(values.max(initial=0.0), 0.0)
-    size = np.sqrt(values[is_known]) * max(1.0, np.nan_to_num(s_0))
+    values, vectors = known_directions(covariance, LEAST_RANK)
+    size = np.sqrt(values) * max(1.0, np.nan_to_num(s_0))
     if drawn is not None:
         size /= np.sqrt(max(n_draws - n - 1, 1) / n_draws)
-    whitening = (vectors[:, is_known] / size).T
+    whitening = (vectors / size).T
     of_axes = (whitening @ shown).reshape(-1, N_AXES, len(control))
     return PlanScores(whitening @ scores, np.swapaxes(of_axes, 1, 2), follows)
-
-
-def scores_in_plan(solution, away):
-    """Scores of control in plan, (2 n_control, n), easting of all, then northing.
-
-    ``away`` (n_points, d, n): adjusted less given [m]; of points that are no control
-    anything.
-    """
-    known = solution.observations
-    control = np.flatnonzero(known.is_control)
-    weight = known.control_weight[control, :N_AXES]
-    scores = -np.einsum("nab,nbk->ank", weight, away[control])
-    return scores.reshape(-1, away.shape[-1])
 
 
 def _weights(known, control):
@@ -91,21 +82,3 @@ def _weights(known, control):
     places = np.arange(n)
     weights[:, places, :, places] = known.control_weight[control, :N_AXES, :N_AXES]
     return weights.reshape(N_AXES * n, N_AXES * n)
-
-
-def _followed(solution, control):
-    """Points in plan by given coordinates of control, (n_points, 2, n_control, 2)."""
-    known = solution.observations
-    n_rows, n_axes = len(known.model), known.control.shape[1]
-    followed = np.zeros((known.n_points, N_AXES, len(control), N_AXES))
-    for axis in range(N_AXES):
-        done = 0
-        for n_columns in draws_in_parts(len(control), n_axes * n_rows):
-            places = np.arange(done, done + n_columns)
-            given = np.zeros((known.n_points, n_axes, n_columns))
-            given[control[places], axis, np.arange(n_columns)] = 1.0
-            still = np.zeros((n_rows, n_axes, n_columns))
-            moved = solution.answer_to(still, given)[0]
-            followed[:, :, places, axis] = moved[:, :N_AXES]
-            done += n_columns
-    return followed
