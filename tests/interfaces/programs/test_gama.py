@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.interfaces.files.input_files import read_once
-from einschalt.interfaces.programs import gama
 from einschalt.interfaces.programs.recognised import read_foreign
 
 ERRORS = [f"standard_error_{axis}" for axis in ("easting", "northing", "height")]
@@ -61,18 +59,6 @@ def test_every_group_is_read(read):
     np.testing.assert_allclose(table["covariance_en"], [50e-6, 0.0, 0.0])
 
 
-def test_nothing_is_known_between_groups(read):
-    other = group([("D", 1, 2)], 2, 1, "9 3 16")
-    path = read(ONE + other)
-    table, covariance = gama.read_covariance(read_once(path, path.name))
-    assert table["point_id"].tolist() == ["A", "D"]
-    expected = [[400, 50, 0, 0], [50, 100, 0, 0], [0, 0, 16, 3], [0, 0, 3, 9]]
-    np.testing.assert_allclose(covariance, np.array(expected) * 1e-6)
-    path = read(TWO)
-    with pytest.raises(EinschaltError, match="some points have a height"):
-        gama.read_covariance(read_once(path, path.name))
-
-
 @pytest.mark.parametrize(
     ("axes", "easting", "northing", "east_mm", "sign", "said"),
     [
@@ -93,8 +79,6 @@ def test_axes_are_turned(read, axes, easting, northing, east_mm, sign, said):
     errors = [point[name] * 1e3 for name in ERRORS[:2]]
     np.testing.assert_allclose(errors, [east_mm, 30 - east_mm])
     assert point["covariance_en"] == pytest.approx(sign * 50e-6)
-    covariance = gama.read_covariance(read_once(path, path.name))[1]
-    np.testing.assert_allclose(covariance[0], [(east_mm * 1e-3) ** 2, sign * 50e-6])
     told = [note for note in read_foreign(path).notes if "axes-xy" in note]
     assert bool(told) == (said is not None)
     assert all(f"axes to the {said}:" in note for note in told)

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from tests.given_approximations import onto_given_approximations
+from tests.theory.adjustment.best_shares import best_shares
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.densify import densify
@@ -15,7 +16,6 @@ from einschalt.pipeline.simulation.simulate_block import (
     BlockGeometry,
     simulate_block,
 )
-from einschalt.theory.adjustment.correlated_mean import best_shares
 
 PLAN = ["easting", "northing"]
 RIGOROUS = Settings(weighting="rigorous")

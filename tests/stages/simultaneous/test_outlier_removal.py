@@ -215,7 +215,7 @@ def test_circles_of_gross_errors_and_sizes_are_left_out(
         other = SimpleNamespace(observations=part.observations)
         return Weighed(other, block, 1.0, None, None)
 
-    monkeypatch.setattr(outlier_removal, "sound_block", search)
+    monkeypatch.setattr(outlier_removal, "outlier_free_block", search)
     monkeypatch.setattr(outlier_removal, "weigh_groups", weigh)
     monkeypatch.setattr(outlier_removal, "has_images", lambda _: False)
     monkeypatch.setattr(outlier_removal, "judge_of", lambda *_: None)

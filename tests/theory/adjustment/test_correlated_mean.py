@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.theory.adjustment.best_shares import best_shares
 
 from einschalt.theory.adjustment import correlated_mean
 from einschalt.theory.adjustment.correlated_mean import (
     JointCovariance,
-    best_shares,
     pairs_of_values,
     squared_sizes,
     times,

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.theory.block_adjustment.independent_errors import (
+    judged,
+    without_gross_errors,
+)
 
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.block_tests import judge_observations
-from einschalt.theory.block_adjustment.gross_error_search import (
-    _judged,
-    outlier_free_block,
-)
 from einschalt.theory.block_adjustment.gross_errors import (
     NORMS,
     OutlierFreeBlock,
@@ -35,13 +35,13 @@ def spoilt(make_block):
 
 def test_snooping_finds_exactly_the_gross_errors(spoilt):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust(bad), 0.001)
+    cleaned = without_gross_errors(adjust(bad))
     assert list(np.flatnonzero(cleaned.is_out)) == list(rows)
 
 
 def test_snooping_gives_the_block_without_these_observations(spoilt, dense):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust(bad), 0.001)
+    cleaned = without_gross_errors(adjust(bad))
     keep = np.ones(len(bad.model), dtype=bool)
     keep[rows] = False
     part = bad.of_rows(np.flatnonzero(keep), np.arange(bad.n_models))
@@ -70,7 +70,7 @@ def test_a_point_does_not_hang_on_the_one_measurement_that_the_others_contradict
     is_out = np.zeros(len(block.point), dtype=bool)
     is_out[good] = True
     begun = replace(OutlierFreeBlock.whole(adjust(bad)), is_out=is_out)
-    found = take_out(begun.readjusted(bad), bad, 0.001, _judged)
+    found = take_out(begun.readjusted(bad), bad, 0.001, judged)
     assert list(np.flatnonzero(found.is_out)) == [wrong]
     np.testing.assert_allclose(
         found.solution.points[point], adjust(block).points[point], rtol=0, atol=0.1
@@ -79,7 +79,7 @@ def test_a_point_does_not_hang_on_the_one_measurement_that_the_others_contradict
 
 def test_nothing_is_taken_out_of_a_good_block(make_block):
     n_out = sum(
-        outlier_free_block(adjust(make_block("grid", seed=seed)), 0.001).is_out.sum()
+        without_gross_errors(adjust(make_block("grid", seed=seed))).is_out.sum()
         for seed in range(12)
     )
     # 108 models that lose a point with a probability of 0.001 each
@@ -88,7 +88,7 @@ def test_nothing_is_taken_out_of_a_good_block(make_block):
 
 def robust_block(block, norm):
     """Solution with robust weights."""
-    return downweight(outlier_free_block(adjust(block), 0.001), block, norm).solution
+    return downweight(without_gross_errors(adjust(block)), block, norm).solution
 
 
 @pytest.mark.parametrize("norm", ["huber", "tukey"])
@@ -113,7 +113,7 @@ def test_robust_weights_solve_their_own_equations(spoilt, norm):
 def test_what_was_refused_before_it_weighs_less_remains_known(spoilt, norm):
     """Its residual by the weights of the norm is one that nothing refuses."""
     _, bad, rows = spoilt
-    cleaned = downweight(outlier_free_block(adjust(bad), 0.001), bad, norm)
+    cleaned = downweight(without_gross_errors(adjust(bad)), bad, norm)
     assert not cleaned.is_out.any()
     assert set(np.flatnonzero(cleaned.is_refused)) == set(rows)
 
@@ -127,7 +127,7 @@ def test_of_two_measurements_of_a_point_one_stays(make_block):
         row = np.flatnonzero(is_pair[good.point])[seed]
         xy = good.xy.copy()
         xy[row] += (0.2, -0.1)
-        found = outlier_free_block(adjust(replace(good, xy=xy)), 0.001).is_out
+        found = without_gross_errors(adjust(replace(good, xy=xy))).is_out
         assert np.flatnonzero(found).tolist() != []
         assert found[good.point == good.point[row]].sum() == 1
 
@@ -145,7 +145,7 @@ def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
     """An error of 400 m makes half of the neighbourhood look wrong."""
     large_block = make_large_block(every=5)
     good = adjust(large_block)
-    by_chance = set(np.flatnonzero(outlier_free_block(good, 0.001).is_out))
+    by_chance = set(np.flatnonzero(without_gross_errors(good).is_out))
     assert len(by_chance) <= 4  # of 900 models, each with a probability of 0.001
     holders = np.bincount(large_block.point)
     is_new = ~large_block.is_control[large_block.point]
@@ -155,7 +155,7 @@ def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
         xy[row] += (40.0, -30.0)
         bad = adjust(replace(large_block, xy=xy))
         assert (judge_observations(bad, bad.observations).p_value == 0.0).any()
-        found = set(np.flatnonzero(outlier_free_block(bad, 0.001).is_out))
+        found = set(np.flatnonzero(without_gross_errors(bad).is_out))
         assert found == {int(row), *by_chance}
 
 

@@ -7,12 +7,12 @@ import pytest
 from scipy import stats
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
+from tests.theory.block_adjustment.independent_errors import without_gross_errors
 
 from einschalt.theory.block_adjustment.block_tests import (
     judge_control,
     judge_observations,
 )
-from einschalt.theory.block_adjustment.gross_error_search import outlier_free_block
 from einschalt.theory.block_adjustment.gross_errors import (
     ContradictedModelError,
     downweight,
@@ -316,7 +316,7 @@ def spoilt():
 
 def test_gross_errors_are_found_where_they_are(spoilt):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust_spatially(bad), 0.001)
+    cleaned = without_gross_errors(adjust_spatially(bad))
     assert list(np.flatnonzero(cleaned.is_out)) == list(np.sort(rows))
 
 
@@ -325,7 +325,7 @@ def test_robust_weights_hold_the_points_in_place(spoilt, norm):
     good, bad, _ = spoilt
     truth = adjust_spatially(good).points
     plain = adjust_spatially(bad)
-    robust = downweight(outlier_free_block(plain, 0.001), bad, norm).solution
+    robust = downweight(without_gross_errors(plain), bad, norm).solution
     worse = np.abs(plain.points - truth).max()
     assert np.abs(robust.points - truth).max() < 0.5 * worse
 
@@ -451,7 +451,7 @@ def test_a_model_that_contradicts_is_named(seed):
     xyz[wrong] += 0.1 * rng.standard_normal((len(wrong), 3))  # 0.8 m
     solution = adjust_spatially(replace(observations, xyz=xyz))
     with pytest.raises(ContradictedModelError) as refused:
-        outlier_free_block(solution, 0.001)
+        without_gross_errors(solution)
     assert (refused.value.model, refused.value.n_models) == (0, 9)
 
 

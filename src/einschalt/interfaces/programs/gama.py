@@ -20,7 +20,7 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import label_of
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import each, read_xml, xml_bytes
-from einschalt.interfaces.programs.foreign import MOST_FULL, Foreign
+from einschalt.interfaces.programs.foreign import Foreign
 
 NAMESPACE = "http://www.gnu.org/software/gama/gama-local"
 MOST_ROWS = 2**31  # of a matrix that is announced
@@ -91,10 +91,11 @@ def is_gama(head):
 def read_gama(file) -> Foreign:
     """Read observed coordinates of all groups, and the covariance of each point.
 
-    The full covariance is :func:`read_covariance`'s. Axes are turned to the east and
-    north by what ``axes-xy`` says of them.
+    Axes are turned to the east and north by what ``axes-xy`` says of them.
     """
-    root, groups, (order, signs), table = _read(file)
+    root = read_xml(file.data, file.source, EXPECTED)
+    groups, (order, signs) = _groups(root, file.source), _axes(root, file.source)
+    table = _table(groups, order, signs)
     own = np.concatenate([one.own() for one in groups])[:, order][:, :, order]
     own = own * np.outer(signs, signs) + 0.0  # no zero with a sign
     columns = {
@@ -109,42 +110,6 @@ def read_gama(file) -> Foreign:
     notes = [f"{file.source}: covariances between points are left out"]
     notes += [*_told_axes(signs, file.source), *_told_fixed(root, table, file.source)]
     return Foreign({"control_points": table.assign(**columns)}, None, tuple(notes))
-
-
-def _read(file):
-    """Root of the file, its groups, their axes, and the table of their points."""
-    root = read_xml(file.data, file.source, EXPECTED)
-    groups, axes = _groups(root, file.source), _axes(root, file.source)
-    return root, groups, axes, _table(groups, *axes)
-
-
-def read_covariance(file):
-    """Points and their full covariance [m²], easting before northing.
-
-    (table, (n_points · n_coordinates, n_points · n_coordinates)); nothing is known
-    between the points of two groups.
-    """
-    _, groups, (order, signs), table = _read(file)
-    dim = sum(one.xyz.size for one in groups)
-    if dim > MOST_FULL:
-        found = f"has {dim} coordinates, whose covariances are {dim * dim} numbers"
-        raise damaged(file.source, found, f"at most {MOST_FULL}")
-    if len({width for one in groups for width in one.widths}) != 1:
-        found = "some points have a height, others have none"
-        raise damaged(file.source, found, "z of all points, or of none")
-    width = dim // len(table)
-    whole = np.zeros((dim, dim))
-    first = 0
-    for one in groups:
-        start = 0
-        for row, count in enumerate(_counts(one.xyz.size, one.band), first):
-            whole[row, row : row + count] = one.covariances[start : start + count]
-            start += count
-        first += one.xyz.size
-    whole = np.triu(whole) + np.triu(whole, 1).T
-    rows = np.arange(dim).reshape(-1, width)[:, order[:width]].ravel()
-    turned = np.tile(signs[:width], len(table))
-    return table, whole[np.ix_(rows, rows)] * np.outer(turned, turned) + 0.0
 
 
 @dataclass(frozen=True, eq=False)

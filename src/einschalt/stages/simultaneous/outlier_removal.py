@@ -23,7 +23,7 @@ from einschalt.theory.block_adjustment.determinacy import INCREDIBLE, loose_mode
 from einschalt.theory.block_adjustment.gross_error_search import (
     begin,
     begin_in_space,
-    sound_block,
+    outlier_free_block,
 )
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
@@ -122,7 +122,7 @@ def _weighed(tables, part, begun, options):
         given = np.ones(len(tables.flights))
         drawn = covariances(tables, part, given, begun.solution).residuals
     judge = judge_of(part, drawn)
-    block = sound_block(begun, part.observations, options.significance, judge)
+    block = outlier_free_block(begun, part.observations, options.significance, judge)
     factors, n_left, found = 1.0, MOST_ROUNDS, [block]
     while n_left > 0:
         weighed = weigh_groups(
@@ -132,7 +132,9 @@ def _weighed(tables, part, begun, options):
             break
         part, factors, before = weighed.part, weighed.factors, block
         begun = begun.readjusted(part.observations)
-        block = sound_block(begun, part.observations, options.significance, judge)
+        block = outlier_free_block(
+            begun, part.observations, options.significance, judge
+        )
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)

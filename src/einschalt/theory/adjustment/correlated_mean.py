@@ -28,32 +28,12 @@ LEAST_VARIANCE = 1e-10
 UNKNOWN_VARIANCE = 1e4
 
 
-def best_shares(covariance):
-    """Shares of the values of points in the mean of least variance.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (n_points, k, k, d, d)
-        Of the k values of each point, each of d coordinates [m²]. A value whose
-        variance is NaN counts only where all others are not known either.
-
-    Returns
-    -------
-    ndarray, shape (n_points, k, d, d)
-        Matrices by which the values are multiplied; those of a point add up to the
-        unit matrix. Of values that share all errors they are alike.
-    """
-    n_points, k, _, d, _ = covariance.shape
-    later, earlier = np.tril_indices(k)
-    blocks = covariance[:, later, earlier].reshape(-1, d, d)
-    start = k * np.arange(n_points + 1)
-    shares = JointCovariance(blocks, start).shares(np.arange(start[-1]), start)
-    return shares.reshape(n_points, k, d, d)
-
-
 @dataclass(frozen=True, eq=False)
 class JointCovariance:
-    """Covariances between all values of each point."""
+    """Covariances between all values of each point.
+
+    A value whose variance is NaN counts only where all others are not known either.
+    """
 
     blocks: np.ndarray  # (n_pairs, d, d), in the order of pairs_of_values [m²]
     # (n_points + 1,): first value of each point, values sorted by point
@@ -62,6 +42,8 @@ class JointCovariance:
     def shares(self, order, start):
         """Shares of values in the mean of each group of them, (n, d, d).
 
+        Matrices by which the values are multiplied; those of a group add up to the unit
+        matrix. Of values that share all errors they are alike.
         ``order`` (n,) has places among the sorted values, group after group; those of a
         group belong to one point.
         """

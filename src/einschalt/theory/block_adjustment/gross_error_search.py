@@ -36,18 +36,7 @@ GROWS = 2.0
 FAILURES = (ContradictedModelError, NoConvergenceError, UndeterminedTermsError)
 
 
-def _judged(solution, _, given):
-    """Tests of observations whose errors are independent."""
-    return judge_observations(solution, given)
-
-
-def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBlock:
-    """Take gross errors out of an adjusted block; see :func:`sound_block`."""
-    whole, given = OutlierFreeBlock.whole(solution), solution.observations
-    return sound_block(whole, given, significance, judge)
-
-
-def sound_block(begun, given, significance, judge=_judged) -> OutlierFreeBlock:
+def outlier_free_block(begun, given, significance, judge) -> OutlierFreeBlock:
     """Take gross errors out, as :func:`.gross_errors.take_out`.
 
     Where least squares have led to nothing credible, the block is begun anew without
