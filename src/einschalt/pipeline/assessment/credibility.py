@@ -111,11 +111,16 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     The propagated figure where nothing contradicts it, otherwise the largest that is
     known, as a lower bound.
     """
+    return _beside_wrong_points(examined, _without_wrong_points)
+
+
+def _beside_wrong_points(examined, figure_of):
+    """The figure that ``figure_of`` chooses, if neither names nor points are wrong."""
     if examined.names_put_right is not None:
         return _beside_wrong_names(examined)
     if examined.is_put_off:
         return _beside_points_put_off(examined)
-    return _beside_lone_points(examined, _without_wrong_points(examined))
+    return _beside_lone_points(examined, figure_of(examined))
 
 
 def _without_wrong_points(examined):
@@ -363,11 +368,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
-    if examined.names_put_right is not None:
-        return _beside_wrong_names(examined)
-    if examined.is_put_off:
-        return _beside_points_put_off(examined)
-    return _beside_lone_points(examined, _of_adjustment(examined))
+    return _beside_wrong_points(examined, _of_adjustment)
 
 
 def _of_adjustment(examined):

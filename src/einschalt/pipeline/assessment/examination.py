@@ -234,10 +234,8 @@ class TwoStepExamination(Examination):
 
     all_in_two_steps = two_step
 
-    @property
-    def named_measurements(self):
-        """Gross measurements that have a finding of their own, a DataFrame."""
-        return self.solution.gross_measurements
+    # that have a finding of their own
+    named_measurements = property(attrgetter("solution.gross_measurements"))
 
     @property
     def oriented_high_points(self):
@@ -317,10 +315,7 @@ class TwoStepExamination(Examination):
         is_followed = self.control_takes_part and control is not None
         return is_followed and "standard_error_m" not in control
 
-    @property
-    def claimed_column(self):
-        """Standard error that is claimed for single points, a column of ``points``."""
-        return claimed_column(self)
+    claimed_column = property(claimed_column)
 
     @cached_property
     def claim(self):

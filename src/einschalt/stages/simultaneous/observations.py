@@ -60,8 +60,6 @@ class BlockTables:
     # image_id with a blank between them
     is_centre: np.ndarray
     coverage: np.ndarray  # (n_models,): number of the coverage, flights apart
-    # (n_points,): row of the given coordinates, −1 where there are none
-    control_row: np.ndarray
     row: np.ndarray  # (n_rows,): row of each observation in the tables of all flights
     n_rows: tuple[int, ...]  # of the table of each flight
     images: tuple[MeasuredImages | None, ...]  # of each flight
@@ -125,7 +123,6 @@ def code_block(flights, control_points, known=INDEPENDENT) -> BlockTables:
         _as_given(points.names, is_centre),
         is_centre,
         encode_pairs(models["flight"], models["coverage"]).codes,
-        control_row,
         order,
         tuple(len(part) for part in parts),
         tuple(flight.images for flight in flights),

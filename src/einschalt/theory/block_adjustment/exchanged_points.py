@@ -182,7 +182,7 @@ def names_of_given_points(solution, most=MOST_GIVEN) -> NamesOfGivenPoints:
     return NamesOfGivenPoints(places, given, matrix, pull, explained, n_checks)
 
 
-def put_right(names, slips=None, most_exchanges=MOST_EXCHANGES) -> list[PutRight]:
+def put_right(names, slips=None) -> list[PutRight]:
     """Exchange names two by two, from the orders that explain the block best.
 
     Until that gains nothing.
@@ -192,8 +192,6 @@ def put_right(names, slips=None, most_exchanges=MOST_EXCHANGES) -> list[PutRight
     names : NamesOfGivenPoints
     slips : Slips, optional
         One mistake each, as an exchange is; exchanges follow these as well.
-    most_exchanges : int
-        One after the other.
 
     Returns
     -------
@@ -207,7 +205,7 @@ def put_right(names, slips=None, most_exchanges=MOST_EXCHANGES) -> list[PutRight
     log_trials = np.log(n * (n - 1) / 2.0 + n_slips)
     kept, found = names.as_given[None], []
     least, n_idle = 1.0, 0
-    while len(found) < min(most_exchanges, n - 1) and n_idle < MOST_IDLE:
+    while len(found) < min(MOST_EXCHANGES, n - 1) and n_idle < MOST_IDLE:
         orders, left = _with_another_pair(names, kept)
         none = np.full(len(orders), NOWHERE)
         parts = [(orders, none, np.zeros(len(orders), dtype=int), left)]
