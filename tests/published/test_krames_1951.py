@@ -11,13 +11,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from tests.theory.relative_orientation.krames_factors import (
+    extended_formulas,
+    flat_factors,
+)
 
 import einschalt as es
 from einschalt.theory.relative_orientation.hallert import flat_six_points
 from einschalt.theory.relative_orientation.krames import (
     contradiction,
-    extended_formulas,
-    flat_factors,
     fundamental_points,
     plane_determinants,
     solve_krames,

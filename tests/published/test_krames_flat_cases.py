@@ -12,6 +12,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from tests.theory.relative_orientation.flat_model import (
+    flat_contradiction,
+    flat_solution_matrix,
+)
 
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
     orient_from_parallaxes,
@@ -20,9 +24,7 @@ from einschalt.theory.relative_orientation.hallert import (
     LARGEST_CONDITION,
     adjust_parallaxes,
     flat_cofactor,
-    flat_contradiction,
     flat_six_points,
-    flat_solution_matrix,
 )
 from einschalt.theory.relative_orientation.parallax_equations import (
     design_matrix,

@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from tests.theory.relative_orientation.flat_model import (
+    FLAT_CONTRADICTION,
+    flat_contradiction,
+    flat_solution_matrix,
+)
 
 from einschalt.theory.relative_orientation.hallert import (
-    FLAT_CONTRADICTION,
     adjust_parallaxes,
     flat_cofactor,
-    flat_contradiction,
     flat_six_points,
-    flat_solution_matrix,
 )
 from einschalt.theory.relative_orientation.parallax_equations import (
     CASES,

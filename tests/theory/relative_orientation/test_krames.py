@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.theory.relative_orientation.flat_model import flat_contradiction
+from tests.theory.relative_orientation.krames_factors import (
+    extended_formulas,
+    flat_factors,
+)
 
 from einschalt.theory.relative_orientation.hallert import (
     LARGEST_CONDITION,
     adjust_parallaxes,
     flat_cofactor,
-    flat_contradiction,
     flat_six_points,
 )
 from einschalt.theory.relative_orientation.krames import (
     contradiction,
-    extended_formulas,
-    flat_factors,
     fundamental_points,
     plane_determinants,
     solve_krames,
