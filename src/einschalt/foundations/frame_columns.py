@@ -10,6 +10,9 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
+PLAN = ["easting", "northing"]
+MODEL = ["coverage", "model_id"]  # of one flight
+
 
 def columns_of(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     """Some columns of a table, as ``table[names]`` gives them.

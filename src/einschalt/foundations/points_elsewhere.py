@@ -17,13 +17,12 @@ from scipy.spatial import cKDTree
 from einschalt.foundations import tables
 from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.errors import ConsistencyError
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import PLAN, values_of
 from einschalt.foundations.language import mark
 from einschalt.foundations.likely_systems import systems_among
 from einschalt.foundations.names import is_among
 from einschalt.foundations.units import METRES_PER_KM
 
-PLANE = ["easting", "northing"]
 # islands are parted by one and a half to three times that [m]
 CELL = 50_000.0
 # around the others, where points may lie that belong to them: half of their extent
@@ -104,7 +103,7 @@ def lost_point_problems(frame, system, file, measured):
 
 
 def _problems(frame, system, file, measured, judge):
-    plan = values_of(frame, PLANE)
+    plan = values_of(frame, PLAN)
     if islands_of(plan, system) is None:
         return []
     # points that take no part may be more, and lie anywhere

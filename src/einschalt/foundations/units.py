@@ -7,6 +7,7 @@ import numpy as np
 
 METRES_PER_UM = 1e-6
 METRES_PER_MM = 1e-3
+MM_PER_UM, UM_PER_MM = 1e-3, 1e3
 METRES_PER_UNIT = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 METRES_PER_KM = 1000.0
 RADIANS_PER_GON = np.pi / 200.0

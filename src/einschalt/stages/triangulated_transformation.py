@@ -20,7 +20,7 @@ from einschalt.foundations.errors import (
     TableError,
     name_some,
 )
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import MODEL, values_of
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.tables import with_coverage
 from einschalt.stages.held_out_points import (
@@ -43,7 +43,6 @@ from einschalt.theory.triangulation.reversible_net import (
 from einschalt.theory.triangulation.triangle_net import TriangleNet
 
 CORNERS = ["corner_1", "corner_2", "corner_3"]
-MODEL = ["coverage", "model_id"]
 OUTLIERS = {"keep": None, "set_aside": GROSS_ERROR_SIGNIFICANCE}
 CONTRADICTS = "contradicts its neighbours"
 SAME_PLACE = "lies where another point lies"

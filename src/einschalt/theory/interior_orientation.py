@@ -36,8 +36,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from einschalt.foundations.arguments import as_numbers, described, finite_number
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import MM_PER_UM
 
-MM_PER_UM = 1e-3
 # what an inverted polynomial may miss [mm], and the steps that Newton's method may take
 CLOSED_MM = 1e-10
 MOST_STEPS = 30

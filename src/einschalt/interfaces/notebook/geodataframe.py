@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from einschalt.foundations.extras import imported
+from einschalt.foundations.frame_columns import PLAN
 from einschalt.foundations.projections import read_crs
 
 if TYPE_CHECKING:
     import geopandas
-
-PLANE = ["easting", "northing"]
 
 
 def points_with_geometry(result) -> "geopandas.GeoDataFrame":
@@ -26,7 +25,7 @@ def _shapes(points):
     import shapely  # noqa: PLC0415 - loaded when it is needed
 
     shapes = np.full(len(points), None)
-    columns = [*PLANE, "height"] if "height" in points else PLANE
+    columns = [*PLAN, "height"] if "height" in points else PLAN
     xyz = points[columns].to_numpy(dtype=float)
     in_plan = np.isfinite(xyz[:, :2]).all(axis=1)
     in_space = np.isfinite(xyz).all(axis=1) & (xyz.shape[1] == 3)

@@ -15,6 +15,7 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.foundations.frame_columns import PLAN
 from einschalt.foundations.language import figure, mark, numbers_set, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -56,7 +57,6 @@ LONGEST_SHARE = 0.05
 """Of the map: how long a large sign is, where they are not dense."""
 BAR_SHARE = 0.18  # of the width of the map
 BAR_ROOM = 0.08  # of its height
-PLANE = ["easting", "northing"]
 KINDS = {
     "control": ("^", CONTROL, mark("control points")),
     "check": ("s", CHECK, mark("check points")),
@@ -91,7 +91,7 @@ def block_map(ax, result, layers=USUAL, column=None):
     """Draw the layers that are asked for on a map."""
     layers = _checked(layers)
     column = error_column(result, column)
-    xy = result.points[PLANE].to_numpy(dtype=float)
+    xy = result.points[PLAN].to_numpy(dtype=float)
     located = xy[np.isfinite(xy).all(axis=1)]
     if not len(located):
         raise TableError("no point of this result has coordinates")
@@ -123,7 +123,7 @@ def difference_map(ax, result):
 
 
 def _plane(result):
-    return result.points[PLANE].to_numpy(dtype=float)
+    return result.points[PLAN].to_numpy(dtype=float)
 
 
 def _checked(layers):
@@ -230,7 +230,7 @@ def _signs(result, xy, layer):
         return Signs(xy, apart, APART, name) if np.isfinite(apart).any() else None
     if layer == "ellipses" and result.ellipses is not None and len(result.ellipses):
         table = result.ellipses
-        at = table[PLANE].to_numpy(dtype=float)
+        at = table[PLAN].to_numpy(dtype=float)
         axes = table[["semi_major", "semi_minor"]].to_numpy(dtype=float)
         azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
         share = numbers_set(f"{100.0 * result.settings.confidence:g} %")

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import PLAN
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import length
 from einschalt.interfaces.notebook.axes import (
@@ -23,7 +24,6 @@ from einschalt.interfaces.reports.plans_figure import draw_plans, plans_title
 from einschalt.interfaces.reports.precision_map_figure import by_place
 from einschalt.pipeline.planning.propagation.expected_precision import SOURCE_TEXT
 
-PLANE = ["easting", "northing"]
 CURVES = (
     ("standard_error_total", CONTROL, mark("expected")),
     ("standard_error_paper", "#d58600", mark("formula of 1971")),
@@ -37,7 +37,7 @@ def expected_map(ax, expected):
     unit = unit_for(expected.figures.mean)
     errors = unit.of(new["standard_error_total"])
     ax = axes_for(ax, MAP_IN, layout="compressed")
-    extent = np.ptp(points[PLANE].to_numpy(), axis=0).max()
+    extent = np.ptp(points[PLAN].to_numpy(), axis=0).max()
     title = translated("Expected: {length}", length=length(expected.figures.mean))
     map_frame(ax, title=title, extent=extent)
     drawn = ax.tripcolor(

@@ -15,6 +15,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth
+from einschalt.foundations.units import UM_PER_MM
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.marker_files import (
     CONTROL,
@@ -37,7 +38,6 @@ EXPECTED = "BlocksExchange with control points or photogroups"
 GEOCENTRIC = ("4978", "GEOCCS", "geocent", "CARTESIAN")
 FULL, VERTICAL = "Full", "Vertical"
 TO_CORNER = 0.5  # pixels, from the centre of the first one to its corner
-UM_PER_MM = 1e3
 
 
 def is_blocks(head):

@@ -15,6 +15,7 @@ from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import (
+    TURNED,
     Foreign,
     Line,
     is_finite,
@@ -53,8 +54,6 @@ FRAMES = {
 }
 LARGEST_SIDE = 1e6  # pixels
 RATIONAL = slice(9, 12)  # k4 to k6 of FULL_OPENCV, of no camera of the project
-# the camera of photogrammetry looks along -z with y up, that of COLMAP along z
-TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 def is_model(folder):

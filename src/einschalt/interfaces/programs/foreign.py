@@ -23,6 +23,8 @@ from einschalt.interfaces.files.text_encodings import read_table_text
 
 PLACE = ("easting", "northing", "height")
 METRES = "metres"
+# cameras of photogrammetry look along -z with y up, those of other programs along z
+TURNED = np.diag([1.0, -1.0, -1.0])
 # coordinates whose full covariance is read or written: 18 million numbers
 MOST_FULL = 6000
 

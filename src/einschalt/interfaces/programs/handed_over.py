@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.frame_columns import PLAN
 from einschalt.foundations.projections import crs_name
 from einschalt.interfaces.files.result_folder import TABLE_NAMES, tables_of
 from einschalt.interfaces.files.written_files import PROVENANCE
@@ -16,8 +17,7 @@ from einschalt.interfaces.programs.foreign import MOST_FULL
 from einschalt.interfaces.provenance import created_now
 from einschalt.interfaces.publication.published_results import provenance_in
 
-PLANE = ["easting", "northing"]
-BY_AXIS = [f"standard_error_{axis}" for axis in (*PLANE, "height")]
+BY_AXIS = [f"standard_error_{axis}" for axis in (*PLAN, "height")]
 BETWEEN_AXES = {
     (0, 1): "covariance_en",
     (0, 2): "covariance_eh",
@@ -68,7 +68,7 @@ class HandedOver:
     @cached_property
     def coordinates(self):
         """Easting, northing [, height where it has a standard error], (n, 2 or 3)."""
-        names = [*PLANE, "height"] if self.is_spatial else PLANE
+        names = [*PLAN, "height"] if self.is_spatial else PLAN
         return self.points[names].to_numpy(dtype=float)
 
     @cached_property

@@ -18,6 +18,7 @@ from einschalt.interfaces.files import metashape_markers
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.plain_xml import child, each, local, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
+    TURNED,
     Foreign,
     is_finite,
     orientations,
@@ -27,8 +28,6 @@ EXPECTED = "cameras as Metashape exports them: sensors with calibrations"
 KEYS = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
 OLDER = ("fx", "fy", "skew")
 UNKNOWN = ("k5", "k6", "p3", "p4")  # of no camera of the project
-# a camera of the project looks along -z with y up, one of Metashape along z
-TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 def is_cameras(head):

@@ -14,6 +14,7 @@ from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.files.plain_xml import each, read_xml, text_of
 from einschalt.interfaces.programs.foreign import (
+    TURNED,
     Foreign,
     is_finite,
     lines_of,
@@ -30,7 +31,6 @@ PASTIS = "Pastis"
 MARKS = (b"DicoAppuisFlottant", b"MesureAppuiFlottant", b"OrientationConique")
 MARKS += (b"CalibrationInternConique",)
 MARKS += (b"MMVII_Serialization", b"SetOfMesureAppuisFlottants")
-TURNED = np.diag([1.0, -1.0, -1.0])
 SIGMA = ("Sigma2", "OptSigma2", "__Opt__Sigma2")  # of older and newer versions
 COVARIANCE = {  # place in Sigma2: xx xy xz yy yz zz
     "covariance_en": 1,

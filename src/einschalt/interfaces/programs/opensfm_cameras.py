@@ -14,7 +14,12 @@ from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.rotations import angles_from_rotation
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.opensfm_images import NO_RECONSTRUCTION, json_of
-from einschalt.interfaces.programs.foreign import Foreign, is_finite, orientations
+from einschalt.interfaces.programs.foreign import (
+    TURNED,
+    Foreign,
+    is_finite,
+    orientations,
+)
 from einschalt.interfaces.programs.pixel_cameras import centre_keys, without_pitch
 
 EXPECTED = "cameras as OpenSfM writes them"
@@ -31,8 +36,6 @@ TERMS = (
     *("k1", "k2", "k3", "k4", "k5", "k6"),
     *("p1", "p2", "p3", "p4", "s0", "s1", "s2", "s3"),
 )
-# the camera of photogrammetry looks along -z with y up, that of OpenSfM along z
-TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 def is_cameras(head):

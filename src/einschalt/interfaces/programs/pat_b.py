@@ -11,6 +11,7 @@ import pandas as pd
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
+from einschalt.foundations.units import MM_PER_UM
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.programs.foreign import (
     Foreign,
@@ -25,7 +26,6 @@ from einschalt.interfaces.programs.foreign import (
 
 END = "-99"
 MOST_DIGITS = 12
-MM_PER_UM = 1e-3
 CONTROL = "number x y [z] [class] on each line, and -99 at the end of the list"
 IMAGES = "a line with the photo, lines of number x y [µm], and -99"
 ORIENTATION = "number X Y Z, then nine elements of the rotation in two lines"

@@ -17,6 +17,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, name_some
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth, read_source_crs
+from einschalt.foundations.units import UM_PER_MM
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.marker_files import markers_of
 from einschalt.interfaces.files.metashape_accuracies import (
@@ -35,7 +36,6 @@ FRAME = "perspective"
 DISTORTION = ("radialK1", "radialK2", "tangentialT1", "tangentialT2", "radialK3")
 ROLES = {"3dgcp": "control", "checkpoint": "check"}
 FOLDERS = re.compile(r"[\\/]")  # of either system
-UM_PER_MM = 1e3
 
 
 def is_project(head):

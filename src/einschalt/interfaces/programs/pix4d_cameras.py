@@ -12,6 +12,7 @@ from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.damaged_files import damaged
 from einschalt.interfaces.files.input_files import is_there, read_once
 from einschalt.interfaces.programs.foreign import (
+    TURNED,
     Foreign,
     is_finite,
     lines_of,
@@ -28,8 +29,6 @@ LARGEST_SKEW = 1e-9  # of the focal length
 # how many numbers stand in each of the lines of an image
 WIDTHS = (2, 3, 3, 3, 3, 2, 3, 3, 3, 3)
 PARAMETERS, OFFSET = "_calibrated_camera_parameters.txt", "_offset.xyz"
-# the camera of photogrammetry looks along -z with y up, that of Pix4D's K along z
-TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 def is_parameters(head):

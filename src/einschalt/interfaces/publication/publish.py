@@ -10,6 +10,7 @@ import pandas as pd
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import SettingsError, name_some
+from einschalt.foundations.frame_columns import PLAN
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.published_systems import operation_wkt
@@ -53,7 +54,6 @@ from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
 BLOCK_TABLES = ("models", "residuals", "points")
-GROUND = ["easting", "northing"]
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
 RESERVED = {Path(name).stem for name in (PROVENANCE, FAILURE)}  # files are NAME.json
 DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]", re.IGNORECASE)  # of Windows
@@ -355,7 +355,7 @@ def publish_block(
     require_name(name)
     require_system_of_block(crs, source_crs, own_crs)
     frames = Frames(name, own_crs or crs)
-    require_places(None, tables["points"][GROUND].dropna(), frames)
+    require_places(None, tables["points"][PLAN].dropna(), frames)
     operations = operations_of_block(tables, frames, bent)
     return publish_operations(operations, frames, folder, **options)
 

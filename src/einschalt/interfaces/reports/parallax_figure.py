@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import number
+from einschalt.foundations.units import UM_PER_MM
 from einschalt.interfaces.reports.figure_style import (
     EDGE,
     FAINT,
@@ -44,7 +45,6 @@ BAR_IN = 0.7
 USUAL_STROKE, LONGEST_STROKE = 0.1, 0.24  # in heights of a panel
 NEAREST_NAME_IN = 0.09
 LEAST_NAMED_IN = 1.6
-UM_PER_MM = 1e3
 
 
 def parallax_figure(points, models) -> str:

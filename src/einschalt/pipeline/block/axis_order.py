@@ -11,7 +11,7 @@ from einschalt.foundations.batches import (
 )
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError, name_some
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import PLAN, values_of
 from einschalt.foundations.names import encode
 from einschalt.foundations.points_elsewhere import (
     lost_point_problems,
@@ -19,7 +19,6 @@ from einschalt.foundations.points_elsewhere import (
 )
 from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
-from einschalt.pipeline.block.ways_between_systems import PLANE
 from einschalt.theory.block_adjustment.common_parameters import COMPLEX
 
 FEWEST_IN_A_PHOTOGRAPH = 4  # known points, of which two give turn and scale
@@ -55,8 +54,8 @@ def own_axis_problems(frame, system, source):
     Problems, and notes of how many points lie outside either way. Longitude and
     latitude of a geographic system stand as easting and northing.
     """
-    axes = ("longitude", "latitude") if system.is_geographic else PLANE
-    east, north = (frame[name].to_numpy() for name in PLANE)
+    axes = ("longitude", "latitude") if system.is_geographic else PLAN
+    east, north = (frame[name].to_numpy() for name in PLAN)
     label, is_inside = system_label(system), in_extent(east, north, system)
     is_outside = is_swapped = np.zeros(len(frame), dtype=bool)
     if is_inside is not None:
@@ -109,7 +108,7 @@ def mirrored_problems(images, ground, name, files):
     if not is_known.any():
         return []
     parts = segments_present(encode(images["image_id"][is_known]).codes)
-    there = values_of(ground, PLANE)[place[is_known]][parts.order] @ COMPLEX
+    there = values_of(ground, PLAN)[place[is_known]][parts.order] @ COMPLEX
     here = values_of(images, ["x", "y"])[is_known][parts.order] @ COMPLEX
     here, there = (segment_centred(one, parts.start) for one in (here, there))
     size = segment_sum(abs(here) ** 2, parts.start)
@@ -157,6 +156,6 @@ def tells_axes(frame, system):
     Of Austria's Lambert system, or Britain's grid, the area holds many points either
     way. ``frame``: as for :func:`own_axis_problems`.
     """
-    east, north = (frame[name].to_numpy() for name in PLANE)
+    east, north = (frame[name].to_numpy() for name in PLAN)
     is_inside = in_extent(north, east, system)
     return is_inside is not None and not is_inside.all()

@@ -13,7 +13,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, TableError, name_some
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import PLAN, values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode, is_among
 from einschalt.foundations.names_as_numbers import (
@@ -34,7 +34,6 @@ from einschalt.stages.transformation_kinds import more_points_for
 from einschalt.theory.adjustment.multiple_testing import bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
-PLAN = ["easting", "northing"]
 # of the median distance: TOTAL errors of the low flight; maps of large scales make less
 FEWEST_GIVEN_TWICE, TOO_COARSE = 3, 20.0
 NAMES_OF_POINTS = "Correct the names of its points, or delete the model"

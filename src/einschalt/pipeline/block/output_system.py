@@ -19,7 +19,7 @@ from einschalt.foundations.coordinate_operations import (
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError, SettingsError
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import PLAN, values_of
 from einschalt.foundations.language import mark
 from einschalt.foundations.projections import (
     label_of,
@@ -27,10 +27,10 @@ from einschalt.foundations.projections import (
     read_crs,
     reproject,
 )
+from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.pipeline.block.places import scale_problems, target_problems
 from einschalt.pipeline.block.ways_between_systems import (
     BY_AXIS,
-    PLANE,
     demand_of,
     gives_heights,
     has_heights,
@@ -47,7 +47,6 @@ LENGTHS = (
     *("largest_move", "move_rms", "m_t"),
 )
 AZIMUTH = "azimuth_gon"
-GON = np.pi / 200.0
 OTHER_OUTPUT = mark("Name the system or the zone of the place as output_crs")
 
 
@@ -85,7 +84,7 @@ class OutputSystem:
         scale = np.sqrt(np.abs(np.linalg.det(jacobian)))
         columns = {}
         for prefix in POSITIONS:
-            if f"{prefix}{PLANE[0]}" in table:
+            if f"{prefix}{PLAN[0]}" in table:
                 columns |= self._coordinates(table, points, prefix)
         columns |= _turned_vectors(table, jacobian)
         columns |= _turned_errors(table, jacobian)
@@ -98,18 +97,18 @@ class OutputSystem:
 
     def _where_rows_lie(self, table, positions):
         """Where the rows lie; those that lie nowhere, in the middle of the others."""
-        names = [*PLANE, "height"] if self.is_spatial else PLANE
-        known = table if PLANE[0] in table else positions.reindex(table["point_id"])
+        names = [*PLAN, "height"] if self.is_spatial else PLAN
+        known = table if PLAN[0] in table else positions.reindex(table["point_id"])
         points = known.reindex(columns=names).to_numpy(dtype=float)
         whole = (table if positions is None else positions).reindex(columns=names)
         return np.where(np.isnan(points), np.nanmean(whole, axis=0), points)
 
     def _coordinates(self, table, points, prefix):
         """Positions of rows that lie at ``points``, in columns with a prefix."""
-        axes = [*PLANE, "height"] if self.is_spatial else PLANE
+        axes = [*PLAN, "height"] if self.is_spatial else PLAN
         given = table.reindex(columns=[f"{prefix}{axis}" for axis in axes])
         known = given.notna().to_numpy()
-        known = known & known[:, : len(PLANE)].all(axis=1, keepdims=True)
+        known = known & known[:, : len(PLAN)].all(axis=1, keepdims=True)
         at = np.where(known, given.to_numpy(dtype=float), points)
         with offline(self.grids):
             moved = np.where(known, self.operation.apply(at), np.nan)
@@ -126,7 +125,7 @@ def _is_length_in_plane(column):
 def _turned_vectors(table, jacobian):
     columns = {}
     for prefix in VECTORS:
-        names = [f"{prefix}_{axis}" for axis in PLANE]
+        names = [f"{prefix}_{axis}" for axis in PLAN]
         if set(names) <= set(table):
             given = values_of(table, names)
             turned = np.einsum("nij,nj->ni", jacobian, given)
@@ -151,9 +150,11 @@ def _turned_errors(table, jacobian):
 
 
 def _turned_azimuth(azimuth, jacobian):
-    along = np.column_stack([np.sin(azimuth * GON), np.cos(azimuth * GON)])
+    along = np.column_stack(
+        [np.sin(azimuth * RADIANS_PER_GON), np.cos(azimuth * RADIANS_PER_GON)]
+    )
     east, north = np.einsum("nij,nj->in", jacobian, along)
-    return np.mod(np.arctan2(east, north) / GON, 200.0)
+    return np.mod(np.arctan2(east, north) / RADIANS_PER_GON, 200.0)
 
 
 def output_system_of(block, settings) -> OutputSystem | None:
@@ -180,7 +181,7 @@ def output_system_of(block, settings) -> OutputSystem | None:
     known, error = _known_points(block)
     _require_system_of_heights(own, target, known)
     flat, said = in_as_many_axes(own, target, known)
-    names = [*PLANE, "height"] if has_heights(flat[0]) else PLANE
+    names = [*PLAN, "height"] if has_heights(flat[0]) else PLAN
     points = values_of(known, names)
     points = np.where(np.isnan(points), np.nanmean(points, axis=0), points)
     problems = target_problems(points, *flat, source=None)

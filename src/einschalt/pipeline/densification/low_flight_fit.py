@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.frame_columns import with_columns
+from einschalt.foundations.frame_columns import MODEL, with_columns
 from einschalt.foundations.key_columns import rows_among
 from einschalt.pipeline.block.given_points import (
     ONE_ADJUSTMENT,
     fitted_onto,
     known_of_models,
 )
-from einschalt.pipeline.densification.result_tables import MODEL
 from einschalt.pipeline.densification.simultaneous import PLANE_KINDS
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (

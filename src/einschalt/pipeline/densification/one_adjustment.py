@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.frame_columns import MODEL
 from einschalt.foundations.language import mark_each
 from einschalt.pipeline.densification.figures import adjusted_figures
 from einschalt.pipeline.densification.gross_errors import (
@@ -14,7 +15,6 @@ from einschalt.pipeline.densification.gross_errors import (
     no_gross_measurements,
 )
 from einschalt.pipeline.densification.result_tables import (
-    MODEL,
     failures_of,
     of_orientations,
     with_roles,

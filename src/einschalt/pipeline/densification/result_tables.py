@@ -9,7 +9,6 @@ from einschalt.stages.results import FAILURE_COLUMNS
 
 LOW = "low_flight"
 HIGH = "high_flight"
-MODEL = ["coverage", "model_id"]
 PLAN_AXES = 2
 
 

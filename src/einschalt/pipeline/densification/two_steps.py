@@ -8,6 +8,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import GeometryError, TableError
+from einschalt.foundations.frame_columns import MODEL
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densification.coverage_screening import (
@@ -34,7 +35,6 @@ from einschalt.pipeline.densification.residual_test_weights import (
 from einschalt.pipeline.densification.result_tables import (
     HIGH,
     LOW,
-    MODEL,
     failures_of,
     models_with_parameters,
     of_orientations,

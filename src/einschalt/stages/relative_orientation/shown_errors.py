@@ -8,11 +8,11 @@ squares have the covariance σ² (AᵀA)⁻¹ with the variance σ² of whatever
 
 import numpy as np
 
+from einschalt.foundations.units import UM_PER_MM
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
-UM_PER_MM = 1e3
 # an image point lies in two models at most of its strip: their residuals repeat it
 MODELS_OF_IMAGE = 2
 # sigma_0 of a model over the median, beyond which it is not oriented rightly

@@ -14,7 +14,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.frame_columns import columns_of, with_columns
+from einschalt.foundations.frame_columns import MODEL, columns_of, with_columns
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import encode_pairs, is_among
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -34,7 +34,6 @@ from einschalt.pipeline.assessment.evidence.names.names_in_a_model import (
 )
 from einschalt.pipeline.densification.result_tables import HIGH, LOW
 
-MODEL = ["coverage", "model_id"]
 PLAN = ("easting", "northing")
 LEAST_VALUES = 3  # of a point, whose median one wrong value does not decide
 # worst points of a model among which a pair is looked for, of all and of those that it

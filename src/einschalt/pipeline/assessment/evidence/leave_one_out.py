@@ -16,7 +16,7 @@ import pandas as pd
 from scipy import sparse
 from scipy.special import ndtr  # scipy.stats takes a second to import
 
-from einschalt.foundations.frame_columns import values_of, with_columns
+from einschalt.foundations.frame_columns import PLAN, values_of, with_columns
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.covariances import propagate
 from einschalt.stages.error_propagation.error_model import (
@@ -33,7 +33,6 @@ from einschalt.theory.adjustment.point_operator import (
 
 # what is left of a residual where the other points alone just determine the model
 LEAST_REDUNDANCY = 1e-6
-PLAN = ["easting", "northing"]
 HEIGHT = 2
 COLUMNS = [
     *("difference_easting", "difference_northing"),

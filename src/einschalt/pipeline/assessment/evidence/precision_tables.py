@@ -10,6 +10,7 @@ import pandas as pd
 
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.frame_columns import (
+    PLAN,
     columns_of,
     values_of,
     with_columns,
@@ -24,7 +25,6 @@ from einschalt.stages.stage4_error_propagation import (
 )
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
-PLANE = ["easting", "northing"]
 NEIGHBOUR_COLUMNS = [
     *("distance", "standard_error_easting", "standard_error_northing", "covariance_en"),
     *("standard_error_total", "standard_error_distance", "standard_error_across"),
@@ -120,7 +120,7 @@ class PrecisionTables:
         if self.errors is None:
             return _without_rows(NEIGHBOUR_COLUMNS).assign(neighbour_id="")
         if pairs is None:
-            places = neighbour_pairs(values_of(self.points, PLANE))
+            places = neighbour_pairs(values_of(self.points, PLAN))
         else:
             places = _places(self.points["point_id"], pairs)
         return self._differences(places)
@@ -131,7 +131,7 @@ class PrecisionTables:
         own = self.errors.covariance[:, :2, :2]
         alone = own[one] + own[two]
         covariance = alone - between - np.swapaxes(between, 1, 2)
-        xy = values_of(self.points, PLANE)
+        xy = values_of(self.points, PLAN)
         line = xy[two] - xy[one]
         distance = np.hypot(*line.T)
         with np.errstate(invalid="ignore"):  # two points at one place have no direction
@@ -221,14 +221,14 @@ class PrecisionTables:
             )
         covariance = _covariance_in_plan(self.points)
         if covariance is None:
-            return _without_rows([*PLANE, *ELLIPSE_COLUMNS])
+            return _without_rows([*PLAN, *ELLIPSE_COLUMNS])
         found, larger = (
             confidence_ellipses(covariance, level),
             _enlargement(self.judged),
         )
         azimuth = found.azimuth / RADIANS_PER_GON
         columns = (larger * found.semi_major, larger * found.semi_minor, azimuth, level)
-        table = columns_of(self.points, ["point_id", *PLANE])
+        table = columns_of(self.points, ["point_id", *PLAN])
         table = with_columns(table, **dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
         is_known = np.isfinite(covariance).all(axis=(1, 2))
         return table[is_known].reset_index(drop=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import MODEL, PLAN
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import TOTAL, is_large_s_0
 from einschalt.pipeline.assessment.evidence.control.displacements import LARGEST_S_0
@@ -18,8 +19,6 @@ MOSTLY = 0.5
 LEAST_PULL = 0.5
 # of stated errors over those that residuals show, and by how much it may be missed
 UNITS, NEAR_A_UNIT = {"centimetres": 100.0, "millimetres": 1000.0}, 2.5
-PLAN = ["easting", "northing"]
-MODEL = ["coverage", "model_id"]
 
 
 def imprecise_points(examined):

@@ -11,7 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.batches import segments
-from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
+from einschalt.foundations.frame_columns import (
+    PLAN,
+    columns_of,
+    values_of,
+    with_columns,
+)
 from einschalt.foundations.names import encode, is_among
 from einschalt.pipeline.densification.result_tables import HIGH, LOW
 from einschalt.theory.adjustment.multiple_testing import bonferroni
@@ -25,7 +30,6 @@ MOST_SCATTER = 0.5
 # more points are no mistaken targets: the approximate coordinates are wrong
 MOST_SHARE = 0.02
 MOST_LEVERAGE = 0.9
-PLAN = ["easting", "northing"]
 RESIDUALS = ["residual_easting", "residual_northing"]
 
 

@@ -8,13 +8,12 @@ where there are many control heights.
 import numpy as np
 
 from einschalt.foundations.batches import segment_centred, segments_present
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import PLAN, values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.projections import EARTH_RADIUS
 from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.tilted_planes import off_planes
 
-PLAN = ["easting", "northing"]
 FEWEST = 4  # points, of which three give shift and tilt
 
 

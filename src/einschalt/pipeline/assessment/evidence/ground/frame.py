@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.batches import segments_present
-from einschalt.foundations.frame_columns import columns_of, values_of
+from einschalt.foundations.frame_columns import PLAN, columns_of, values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -32,7 +32,6 @@ from einschalt.stages.transformation_kinds import SPATIAL
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
-PLAN = ["easting", "northing"]
 # no aerial camera has a larger photograph than 30 x 30 cm: its diagonal
 LARGEST_DIAGONAL_M = 0.30 * np.sqrt(2.0)
 # film and paper shrink by less, one way more than the other

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import MODEL, values_of
 from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.control.suspects import residuals_stand_out
@@ -35,7 +35,6 @@ LEAST_APART = 3.0  # times what they differ by, RMS, a point that is wrong lies 
 BEYOND_REGIONS = 2.0
 # of the shifts of two points: so near to each other's place they are exchanged
 AT_PLACE = 0.1
-MODEL = ["coverage", "model_id"]
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,10 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import name_some
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import MODEL, values_of
 from einschalt.pipeline.densification.result_tables import of_orientations
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
-MODEL = ["coverage", "model_id"]
 SIDES = {"left_image": ["x_left", "y_left"], "right_image": ["x_right", "y_right"]}
 COORDINATES = [*SIDES["left_image"], *SIDES["right_image"]]
 # of the median sigma_0 of the flight: what is bad, and what mended models come to

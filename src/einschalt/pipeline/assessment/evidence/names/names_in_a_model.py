@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.frame_columns import values_of, with_columns
+from einschalt.foundations.frame_columns import PLAN, values_of, with_columns
 from einschalt.foundations.names import is_among
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
@@ -25,8 +25,6 @@ MOST_KEPT = 12  # orders from which further exchanges are tried
 MOST_IN_PARTS = 60
 FEWEST_SLIPPED = 4  # three have gone round
 MOST_ROWS = 300_000  # of the trials of one model
-
-PLAN = ["easting", "northing"]
 
 
 @dataclass(frozen=True, eq=False)
