@@ -14,6 +14,7 @@ from einschalt.foundations.header_units import (
     PIXELS,
     plain_unit,
 )
+from einschalt.interfaces.files.places_of_images import IMAGE_SUFFIXES
 from einschalt.interfaces.files.understood_tables import is_whole_header
 
 HEAD_ROWS = 30  # in which the names of the columns must stand
@@ -23,10 +24,6 @@ FEWEST_UNITS = 2  # of a row in which other words stand
 NO_UNITS = {"", "-", "–", "—"}
 FEWEST_CELLS, MOST_CELLS = 3, 6  # of a list without names
 FEWEST_MARK_CELLS = 4  # of one of image points
-IMAGE_SUFFIXES = (
-    *(".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2", ".dng", ".bmp"),
-    ".webp",
-)
 
 
 def place_of_header(rows, schema, said):

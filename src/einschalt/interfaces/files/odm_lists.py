@@ -24,9 +24,9 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import code_of
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.header_rows import IMAGE_SUFFIXES
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.interfaces.files.marker_files import WGS_84, Markers, markers_of
+from einschalt.interfaces.files.places_of_images import IMAGE_SUFFIXES
 
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
 ODM_SYSTEM = re.compile(r"^(EPSG:\d+|\+proj=.*|WGS\s?84)$", re.IGNORECASE)

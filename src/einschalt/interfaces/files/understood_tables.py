@@ -40,6 +40,7 @@ from einschalt.interfaces.files.header_lengths import (
 )
 from einschalt.interfaces.files.letters_of_axes import with_axes
 from einschalt.interfaces.files.lists_without_names import refuse_other_lists
+from einschalt.interfaces.files.places_of_images import refuse_places_of_images
 from einschalt.interfaces.files.rows_of_no_data import (
     refuse_footer,
     without_count,
@@ -133,6 +134,7 @@ def understood(
     notes.append(note)
     require_unit_of_heights(frame, meant, said.crs, source)
     refuse_other_lists(frame, meant, said, source)
+    refuse_places_of_images(frame, meant, schema, said, source)
     hidden = set()  # columns of which another note tells, or none
     if meant.letters is not None:
         frame, note = with_axes(frame, said.crs, meant, source)

@@ -10,7 +10,6 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.projections import code_on_earth, read_source_crs
 from einschalt.interfaces.files.damaged_files import damaged
-from einschalt.interfaces.files.header_rows import IMAGE_SUFFIXES
 from einschalt.interfaces.files.metashape_accuracies import (
     ERRORS,
     accuracy,
@@ -18,6 +17,7 @@ from einschalt.interfaces.files.metashape_accuracies import (
     is_on,
     with_errors,
 )
+from einschalt.interfaces.files.places_of_images import IMAGE_SUFFIXES
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     cells_of,
