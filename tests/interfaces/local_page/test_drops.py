@@ -22,6 +22,11 @@ from einschalt.interfaces.new_block.questions import Question
 
 CHUNK = bytes(2**20)
 GIGABYTES = 2 * 2**30
+# minutes, seconds and their decimals of angles
+PARTS = [
+    range(first, last, (last - first) // 12)[:12]
+    for first, last in ((1, 59), (3, 58), (11, 9000))
+]
 
 
 def dropped(visitor, files):
@@ -97,6 +102,55 @@ def test_of_dropped_photographs_and_control_a_block_is_made(visit, root):
     assert "holds low_flight_models.csv already" in refused.text
     assert (folder / "low_flight_models.csv").read_text() == "remarks\nmine\n"
     assert not (folder / "block.toml").exists()
+
+
+def asked_again(visitor, address, **said):
+    """The page of dropped tables, with fields of its form filled in."""
+    return visitor.get(address + "".join(f"&{k}={v}" for k, v in said.items()))
+
+
+def test_the_column_of_names_is_named_on_the_page(visit, root, small_block):
+    visitor = visit(root)
+    files = files_of(small_block)
+    del files["block.toml"]
+    name = next(name for name in files if "control" in name)
+    files[name] = files[name].replace("point_id", "LFP3-Nummer", 1)
+    address = dropped(visitor, files)
+    page = visitor.get(address)
+    assert "Name that column below, as the names of the points" in page.text
+    assert 'name="point_id"' in page.text
+    page = asked_again(visitor, address, point_id="LFP3-Nummer")
+    assert "not yet a block" not in page.text
+    # and the block is made of tables that are read so
+    assert '<input type="hidden" name="point_id" value="LFP3-Nummer">' in page.text
+    answers = {"drop": "1", "block.crs": "EPSG:31255", "point_id": "LFP3-Nummer"}
+    made = visitor.post("/new", answers)
+    assert made.status == 303
+    assert (
+        "Nothing is wrong with its input" in visitor.get(made.headers["location"]).text
+    )
+
+
+def test_how_angles_are_written_is_chosen_on_the_page(visit, root, small_block):
+    visitor = visit(root)
+    files = files_of(small_block)
+    del files["block.toml"]
+    name = next(name for name in files if "control" in name)
+    # seconds that look like decimals: 47° and 15°, packed
+    packed = [f"{m:02d}{s:02d}{t:04d}" for m, s, t in zip(*PARTS, strict=True)]
+    rows = [f"P{k};47.{one};15.{one}" for k, one in enumerate(packed)]
+    files[name] = "\n".join(["Punkt;Breite;Länge", *rows, ""])
+    address = dropped(visitor, files)
+    system = "Name the system of longitudes and latitudes below"
+    assert system in visitor.get(address).text
+    address += "&crs=EPSG:31255&points_crs=EPSG:4258"
+    assert system not in visitor.get(address).text
+    text = "Choose below how longitudes and latitudes are written"
+    assert text in visitor.get(address).text
+    for way in ("degrees", "D.MMSS"):
+        page = asked_again(visitor, address, angles=way)
+        assert text not in page.text
+        assert re.search(rf"<option selected>({way}|Grad)", page.text)
 
 
 SCALE = Question("low_flight", "scale_number", "", "scale number of the low flight")
@@ -282,5 +336,5 @@ def test_degrees_of_no_system_are_told_as_on_a_page(visit, root):
     text = "point_id,longitude,latitude\nA,13.5,47.25\nB,13.75,47.5\n"
     visitor = visit(root)
     shown = visitor.get(dropped(visitor, {"a.csv": text})).text
-    assert "Save the points as a layer that states its system" in shown
+    assert "Name the system of longitudes and latitudes below" in shown
     assert "--points-crs" not in shown

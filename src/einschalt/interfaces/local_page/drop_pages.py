@@ -21,7 +21,7 @@ from einschalt.foundations.told_errors import told
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
+from einschalt.interfaces.files.understood_tables import answered_elsewhere
 from einschalt.interfaces.local_page.pages import (
     form_of,
     messages_of,
@@ -38,8 +38,11 @@ from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
 from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.new_block.questions import answered, expected_instead
+from einschalt.interfaces.new_block.said_of_tables import said_of_tables
 
-SAID = ("crs", "easting", "northing", "decimal")
+COLUMNS = ("point_id", "easting", "northing")
+OTHERS = ("crs", "points_crs", "decimal", "angles")
+SAID = (*OTHERS, *COLUMNS)
 MOST_MESSAGES = 10  # of files that were dropped and cannot be read
 GROUPED = re.compile(r"\d{1,3}(?:[., \xa0\u2009\u202f'\u2019]\d{3})+")
 ANSWERED, ASSUMED = "as you say", "assumed, since no file tells: correct it"
@@ -127,11 +130,10 @@ def _proposed(place, asked):
 
 def _proposal(place, asked):
     """Look at the tables, as they are said to be understood."""
-    columns = {key: asked[key] for key in ("easting", "northing") if asked.get(key)}
-    crs, decimal = asked.get("crs") or None, asked.get("decimal") or None
+    columns, crs = {key: asked.get(key) for key in COLUMNS}, asked.get("crs") or None
     if crs is not None:
         read_crs(crs)
-    how = Said(columns, decimal=decimal, crs=crs)
+    how = said_of_tables(columns, **{name: asked.get(name) for name in OTHERS})
     found, refused = [], []
     for path in files_below(place.folder):
         place.root.require_inside(path)
@@ -149,7 +151,11 @@ def _proposal(place, asked):
             remedy="Drop all files of the block together",
         )
     given = {} if crs is None else {("block", "crs"): crs}
-    return propose(found, given), _said_to_those_who_drop(refused)
+    try:
+        return propose(found, given), _said_to_those_who_drop(refused)
+    except EinschaltError as error:  # what is missing may stand in what was refused
+        raise_problems([*refused, error])
+        raise
 
 
 @with_refusals

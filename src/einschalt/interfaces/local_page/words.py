@@ -85,8 +85,7 @@ PARTS = mark_each(
 INSTEAD_OF_OPTIONS = mark_each(
     {
         "Give --points-crs": (
-            "Save the points as a layer that states its system, such as a GeoPackage, "
-            "and drop that"
+            "Name the system of longitudes and latitudes below, such as EPSG:4326"
         ),
         "Name it after --from": "Drop its file with the others",
         "Name one of them after --from": "Drop the files again, with one of them alone",
@@ -113,9 +112,10 @@ INSTEAD_OF_OPTIONS = mark_each(
             "Choose the system below, such as EPSG:5514 for S-JTSK, or name the two "
             "columns for a local one"
         ),
-        "Name it: columns": "Rename that column to point_id in the file",
+        "Name it: columns": "Name that column below, as the names of the points",
+        "columns = {point_id": "Name the column that is meant below",
         'Say angles = "D.MMSS"': (
-            "Write [D.MMSS] or [deg] behind the names of the columns in the file"
+            "Choose below how longitudes and latitudes are written"
         ),
         "columns = {easting": "Name the column that is the easting, and the northing",
     }

@@ -18,7 +18,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.number_parsing import is_number
-from einschalt.foundations.projections import read_crs, read_source_crs
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
@@ -33,12 +33,13 @@ from einschalt.interfaces.files.block_schema import (
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.understood_tables import Said, answered_elsewhere
+from einschalt.interfaces.files.understood_tables import answered_elsewhere
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import PITCH, files_below, look_at
 from einschalt.interfaces.new_block.photographs import completed
 from einschalt.interfaces.new_block.proposal import propose
 from einschalt.interfaces.new_block.questions import answered, expected_instead
+from einschalt.interfaces.new_block.said_of_tables import said_of_tables
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 
@@ -128,17 +129,9 @@ def _require_metres(crs):
 
 def _said(options):
     """What options say of all tables; they are taken out, but for that of the block."""
-    given = {n: options.pop(n) for n in ("point_id", "easting", "northing")}
-    of_points = options.pop("points_crs")
-    is_plane = of_points is not None and not read_source_crs(of_points).is_geographic
-    return Said(
-        columns={name: column for name, column in given.items() if column is not None},
-        decimal=options.pop("decimal"),
-        angles=options.pop("angles"),
-        # longitudes and latitudes are found by their names, in whatever plane system
-        crs=of_points if is_plane else options["crs"],
-        degrees_crs=None if is_plane else of_points,
-    )
+    columns = {n: options.pop(n) for n in ("point_id", "easting", "northing")}
+    others = {n: options.pop(n) for n in ("points_crs", "decimal", "angles")}
+    return said_of_tables(columns, crs=options["crs"], **others)
 
 
 def _impossible(options):
