@@ -10,7 +10,8 @@ from scipy.stats import binom
 import einschalt as es
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
-from einschalt.stages.simultaneous.image_errors import _expected_fits, image_chains
+from einschalt.stages.simultaneous.image_drawings import ImageSizes, image_chains
+from einschalt.stages.simultaneous.image_errors import _expected_fits
 from einschalt.theory.block_adjustment.observations import Part
 
 AXES = ["easting", "northing", "height"]
@@ -184,5 +185,7 @@ def test_each_flight_has_the_factor_of_its_own_images():
     """With estimated sizes every flight was divided by the factor of the first."""
     tables = SimpleNamespace(flights=("high", "low"), images=(object(), object()))
     squares = np.full((2, 8), 4.0) + np.arange(8) / 100.0
-    found = _expected_fits(tables, np.array([1.0, 0.5]), squares)
+    found = _expected_fits(
+        tables, ImageSizes(np.array([1.0, 0.5]), np.zeros(2)), squares
+    )
     assert found["low"].m_0 == pytest.approx(2.0 * found["high"].m_0)

@@ -106,6 +106,10 @@ DEFORMATION = Part(
         ),
         "is_own_detected": "whether deformations of single models were found",
         "is_own_modelled": "whether deformations of single models are modelled",
+        "are_photographs": (
+            "whether these are deformations of single photographs, which standard "
+            "errors hold and coordinates are not corrected for"
+        ),
         "check_rms_simultaneous": (
             "differences at the check points in the simultaneous adjustment, TOTAL, "
             "RMS; null if there are too few [m]"
@@ -134,6 +138,9 @@ DEFORMATION = Part(
             ),
             "what each model is deformed by for itself is modelled": (
                 "the simultaneous adjustment is better founded"
+            ),
+            "photographs are bent for themselves, and errors include it": (
+                "neither method is better founded"
             ),
             "too little redundancy to test for deformation": (
                 "neither method is better founded"

@@ -177,7 +177,6 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
         were measured under each other's name, and those whose models lie far apart.
         """
         left_out = self.control_left_out
-        exchanged = (exchange.points for exchange in self.exchanged_names)
         patterns = (self.control_patterns.plan, self.control_patterns.height)
         alone = (p.point_ids for p in patterns if p and p.kind is Kind.POINT)
         lone = {name for p in self.lone_points for name in (p.point_id, p.found_there)}
@@ -185,7 +184,7 @@ class Examination(PrecisionTables, BesideDisplacedRegion, ShownHeights):
             lone - {""},
             left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
             self.points.loc[self.far_apart, "point_id"],
-            *(*exchanged, *alone),
+            *(*(pair.points for pair in self.exchanged_names), *alone),
         )
 
     @property

@@ -44,6 +44,10 @@ from einschalt.stages.simultaneous.own_deformation import (
     find_own_deformation,
     is_detected,
 )
+from einschalt.stages.simultaneous.photograph_bends import (
+    find_photograph_bends,
+    with_photograph_bends,
+)
 from einschalt.stages.simultaneous.searches import Searches
 from einschalt.stages.simultaneous.shared_bends import find_shared_bends
 from einschalt.stages.simultaneous.shared_control import with_group_sizes
@@ -359,6 +363,10 @@ def _adjust_part(tables, part, verdicts, options, searches):
         weighed = weigh_part(tables, part, begun, options)
         cleaned = clean_part(weighed, options)
         both.append(weighed)
+    photographs = find_photograph_bends(tables, weighed, options.deformation)
+    if options.deformation == "modelled":
+        weighed = with_photograph_bends(weighed, photographs)
+    own = own if photographs is None else photographs
     judge = partial(_judged, tables, weighed, cleaned, verdicts, options)
     snoops = options.outliers == "snoop"
     result = searches.followed(weighed, judge) if snoops else judge()
@@ -396,7 +404,7 @@ def _judged(tables, weighed, cleaned, verdicts, options):
     result = _result(tables, weighed, cleaned, verdicts, control, options)
     if not control.is_suspect.any():
         return result
-    draw = partial(covariances, tables, weighed.part, weighed.image_factors, whole)
+    draw = partial(covariances, tables, weighed.part, weighed.image_sizes, whole)
     return replace(result, whole=WholeControl(whole, draw))
 
 
@@ -480,7 +488,7 @@ def _of_norm(tables, weighed, options):
 
     Those without gross errors, by least squares, times the variance of the norm.
     """
-    given = tables, weighed.part, weighed.image_factors
+    given = tables, weighed.part, weighed.image_sizes
     d = weighed.part.observations.control.shape[1]
     norms = [NORMS[name][d] for name in norms_of(options.outliers)]
     ratio = variance_by_norm(*given, weighed.block, norms)
@@ -494,7 +502,7 @@ def _result(tables, weighed, cleaned, verdicts, control, options):
     failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
-    known = covariances(tables, part, weighed.image_factors, solution)
+    known = covariances(tables, part, weighed.image_sizes, solution)
     if options.outliers in NORMS and has_images(tables):
         known = replace(known, points=_of_norm(tables, weighed, options))
     points = point_table(tables, part, cleaned, known.points)

@@ -11,15 +11,14 @@ points would look wrong there. So has their sum of squares: rays that are longer
 the scale number says, as from tilted photographs, make it larger.
 """
 
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.names import ranks
-from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
+from einschalt.stages.simultaneous.image_drawings import drawing, has_images
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.block_adjustment.block_tests import (
     DrawnCovariance,
@@ -123,11 +122,11 @@ class Covariances:
     figures: DrawnFigures = field(default_factory=DrawnFigures)
 
 
-def covariances(tables, part, factors, solution) -> Covariances:
+def covariances(tables, part, sizes, solution) -> Covariances:
     """Find the covariances of the adjusted points, and of residuals of images.
 
     Those of the adjustment where no model was formed from images, and control shares no
-    errors. ``factors`` (n_flights,) are those of the image errors, see Weighed.
+    errors. ``sizes`` are the ImageSizes of a Weighed.
     """
     observations, points = solution.observations, solution.point_cofactors
     if tables.has_unknown_groups:
@@ -136,12 +135,16 @@ def covariances(tables, part, factors, solution) -> Covariances:
     is_drawn = observations.shared_control is not None and not tables.has_unknown_groups
     if not is_from_images and not is_drawn:
         return Covariances(points, figures=DrawnFigures(part.points))
-    drawn = _drawn(tables, part, factors, solution)
+    drawn = _drawn(tables, part, sizes, solution)
     points = points if tables.has_unknown_groups else drawn.of_points
     if not is_from_images:
         figures = DrawnFigures(part.points, {}, *drawn.of_scores)
         return Covariances(points, figures=figures)
-    fits = _expected_fits(tables, factors, drawn.squares)
+    squares = drawn.squares
+    if sizes.bends.any():  # which are no part of what is stated
+        straight = replace(sizes, bends=np.zeros(len(sizes.bends)))
+        squares = _drawn(tables, part, straight, solution).squares
+    fits = _expected_fits(tables, sizes, squares)
     return Covariances(
         points,
         DrawnCovariance(drawn.of_residuals, N_DRAWS),
@@ -150,7 +153,7 @@ def covariances(tables, part, factors, solution) -> Covariances:
     )
 
 
-def _expected_fits(tables, factors, squares):
+def _expected_fits(tables, sizes, squares):
     """What flights with images fit by, from drawn squares (n_flights, n_draws).
 
     Errors are drawn as they were estimated, where they were.
@@ -159,7 +162,7 @@ def _expected_fits(tables, factors, squares):
     for k, (images, drawn) in enumerate(zip(tables.images, squares, strict=True)):
         mean = drawn.mean()
         if images is not None and mean > 0.0:
-            m_0 = np.sqrt(mean) / factors[k]
+            m_0 = np.sqrt(mean) / sizes.factors[k]
             degrees = 2.0 * mean**2 / drawn.var(ddof=1)
             found[tables.flights[k]] = ExpectedFit(float(m_0), float(degrees))
     return found
@@ -218,10 +221,10 @@ class _Drawn:
     of_scores: tuple[np.ndarray | None, np.ndarray | None]
 
 
-def _drawn(tables, part, factors, solution):
+def _drawn(tables, part, sizes, solution):
     """Draw errors, and put them through the linearised adjustment."""
     observations = solution.observations
-    draw = drawing(tables, part, factors, solution)
+    draw = drawing(tables, part, sizes, solution)
     n_axes = observations.control.shape[1]
     of_points = np.zeros((observations.n_points, n_axes, n_axes))
     of_residuals = np.zeros((len(observations.model), n_axes, n_axes))
@@ -257,24 +260,19 @@ def _no_products(observations):
     )
 
 
-def variance_by_norm(tables, part, factors, block, norms):
+def variance_by_norm(tables, part, sizes, block, norms):
     """Variance of the points by a robust norm over that by least squares.
 
     ``block`` is the OutlierFreeBlock without gross errors, ``norms`` those that were
     used one after the other. Errors of image points are drawn with their tails.
     """
     solution = block.solution
-    draw = drawing(tables, part, factors, solution, with_tails=True)
+    draw = drawing(tables, part, sizes, solution, with_tails=True)
     sums = np.zeros(2)
     for rng, n_draws, control in solution.observations.control_in_parts(N_NORM_DRAWS):
         errors = draw(rng, n_draws)
         sums += variances_by_norm(solution, errors, control, norms, ~block.is_out)
     return float(sums[1] / sums[0])
-
-
-def has_images(tables):
-    """Whether any model was formed from images."""
-    return any(images is not None for images in tables.images)
 
 
 def judge_of(part, drawn):
@@ -298,78 +296,3 @@ def judge_of(part, drawn):
         return judge_by_covariance(solution, alone, drawn, flight, ~is_out)
 
     return judge
-
-
-def drawing(tables, part, factors, solution, *, with_tails=False):
-    """Function that draws errors of all measured points of a part on the ground.
-
-    Normal ones, or (``with_tails``) those of image points with a share of worse ones.
-    """
-    observations = solution.observations
-    flights = drawings_of_images(tables, part, factors, solution, with_tails=with_tails)
-
-    def draw(rng, n_draws):
-        every = observations.drawn_errors(rng, n_draws, solution.linear)
-        for _, rows, of_images in flights:
-            every[rows] = of_images(rng, n_draws)
-        return every
-
-    return draw
-
-
-def drawings_of_images(tables, part, factors, solution, *, with_tails=False):
-    """Functions that draw what image errors make of the points of each flight.
-
-    List of the number of the flight, the rows of the part, and the function.
-    """
-    row, found = tables.row[part.rows], []
-    for k, start, images, chain in image_chains(tables, part, solution):
-        rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
-        error = images.standard_error * factors[k]
-        tails = images.tails if with_tails else (0.0, 1.0)
-        draw = partial(
-            _drawn_through, chain, row[rows] - start, error, images.rank, tails
-        )
-        found.append((k, rows, draw))
-    return found
-
-
-def _drawn_through(chain, of_chain, error, rank, tails, rng, n_draws):
-    drawn = chain.axes.draw(rng, error[rank.argsort()], n_draws)
-    if tails[0] > 0.0:
-        drawn *= _worse(rng, tails, drawn.shape, len(error))
-    by_point = drawn.reshape(len(rank), -1, n_draws)
-    moved = chain.apply(by_point[rank].reshape(drawn.shape))
-    return moved.reshape(chain.n_points, -1, n_draws)[of_chain]
-
-
-def _worse(rng, tails, shape, n_points):
-    """Sizes of the errors of points with tails, of mean square 1."""
-    share, factor = tails
-    is_worse = rng.random((n_points, shape[1])) < share
-    size = np.where(is_worse, factor, 1.0)
-    size /= np.sqrt(1.0 - share + share * factor**2)
-    return np.repeat(size, shape[0] // n_points, axis=0)
-
-
-def image_chains(tables, part, solution):
-    """Operators from image points to model points, of the flights that have images.
-
-    List of the number of the flight, its first row among those of all flights, one
-    table after the other, its MeasuredImages, and the operator, see
-    :func:`image_chain`.
-    """
-    linear = solution.linear
-    model = np.full(len(tables.row), len(linear))
-    model[tables.row[part.rows]] = solution.observations.model
-    # models that could not be determined move nothing
-    linear = np.append(linear, np.zeros((1, *linear.shape[1:])), axis=0)[model]
-    ends = np.cumsum(tables.n_rows)
-    found = []
-    for k, images in enumerate(tables.images):
-        if images is not None:
-            start = ends[k] - tables.n_rows[k]
-            of_rows, scale = linear[start : ends[k]], images.scale_number
-            chain = image_chain(images.errors, of_rows, scale, images.centres)
-            found.append((k, start, images, chain))
-    return found

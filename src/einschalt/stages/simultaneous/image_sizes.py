@@ -17,7 +17,10 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.language import mark
-from einschalt.stages.simultaneous.image_errors import drawings_of_images
+from einschalt.stages.simultaneous.image_drawings import (
+    ImageSizes,
+    drawings_of_images,
+)
 from einschalt.theory.block_adjustment.group_components import LEAST_REDUNDANCY
 
 IMAGE_POINTS = mark("image points")
@@ -31,8 +34,9 @@ LEAST_SQUARE = 1e-6  # of a factor
 def with_image_sizes(tables, weighed):
     """Give the image points of a weighed part the errors that its residuals show.
 
-    The Weighed has ``image_factors``, and a row of its table for each flight that has
-    images: the median of the errors of an image coordinate on the ground, as it is.
+    The Weighed has the factors in ``image_sizes``, and a row of its table for each
+    flight that has images: the median of the errors of an image coordinate on the
+    ground, as it is.
     """
     solution, part = weighed.block.solution, weighed.part
     flight = part.observations.flight[part.observations.model]
@@ -52,7 +56,8 @@ def with_image_sizes(tables, weighed):
     is_free &= redundancy > LEAST_REDUNDANCY
     factors = np.sqrt(_squares(own, rest, sums(solution.residuals**2), is_free))
     table = _with_rows(tables, weighed.table, factors, is_free, redundancy)
-    return replace(weighed, image_factors=factors, table=table)
+    sizes = replace(weighed.image_sizes, factors=factors)
+    return replace(weighed, image_sizes=sizes, table=table)
 
 
 def _made_by_errors(tables, part, solution, sums):
@@ -62,7 +67,9 @@ def _made_by_errors(tables, part, solution, sums):
     row k; and (n_flights,).
     """
     observations, n_flights = solution.observations, len(tables.flights)
-    of_images = drawings_of_images(tables, part, np.ones(n_flights), solution)
+    of_images = drawings_of_images(
+        tables, part, ImageSizes.as_given(n_flights), solution
+    )
     own, rest = np.zeros((n_flights, n_flights)), np.zeros(n_flights)
     for rng, n_draws, control in observations.control_in_parts(N_DRAWS):
         others = observations.drawn_errors(rng, n_draws, solution.linear)

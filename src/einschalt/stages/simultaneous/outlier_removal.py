@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.stages.simultaneous.image_drawings import ImageSizes
 from einschalt.stages.simultaneous.image_errors import (
     covariances,
     has_images,
@@ -119,7 +120,7 @@ def _weighed(tables, part, begun, options):
         return weigh_groups(tables, part, begun, all_of_them=estimates_all)
     drawn = None
     if has_images(tables):
-        given = np.ones(len(tables.flights))
+        given = ImageSizes.as_given(len(tables.flights))
         drawn = covariances(tables, part, given, begun.solution).residuals
     judge = judge_of(part, drawn)
     block = outlier_free_block(begun, part.observations, options.significance, judge)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from einschalt.stages.simultaneous.image_errors import has_images
+from einschalt.stages.simultaneous.image_drawings import has_images
 from einschalt.stages.simultaneous.variance_components import (
     weigh_groups,
     with_errors_as_shown,
@@ -131,8 +131,11 @@ def is_detected(own):
     return bool(own.p_value < OWN_DEFORMATION_SIGNIFICANCE)
 
 
-def own_columns(own, flight, observations):
-    """Columns of ``deformations`` for one flight, dict."""
+def own_columns(own, flight, *, is_modelled):
+    """Columns of ``deformations`` for one flight, dict.
+
+    ``is_modelled``: what is detected is in the standard errors.
+    """
     if own is None:
         return UNTESTED
     sizes = own.edge(flight), own.edge(flight, HEIGHT)
@@ -140,5 +143,5 @@ def own_columns(own, flight, observations):
         "own_size_edge": sizes[0],
         "own_size_edge_height": sizes[1],
         "own_p_value": own.p_value,
-        "own_is_modelled": bool(max(sizes) > 0.0 and observations.bent is not None),
+        "own_is_modelled": bool(max(sizes) > 0.0 and is_modelled),
     }

@@ -6,7 +6,7 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.error_propagation.measurement_errors import image_chain
-from einschalt.stages.simultaneous.image_errors import drawing, has_images
+from einschalt.stages.simultaneous.image_drawings import drawing, has_images
 from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.height_scale import HeightScale, examine_scales
 from einschalt.theory.block_adjustment.shared_bend import (
@@ -142,7 +142,7 @@ def made_by_errors(tables, weighed, solution, answer):
     is_shared = observations.shared_control is not None
     if not (has_images(tables) or is_shared) or solution.redundancy <= 0:
         return MadeByErrors(answer.normals, 1.0)
-    draw = drawing(tables, weighed.part, weighed.image_factors, solution)
+    draw = drawing(tables, weighed.part, weighed.image_sizes, solution)
     weight = observations.control_weight
     sums, squares = np.zeros_like(answer.normals), 0.0
     for rng, n_draws, control in observations.control_in_parts(N_DRAWS):

@@ -10,7 +10,7 @@ from einschalt.stages.simultaneous.height_columns import (
     with_heights_of_residuals,
 )
 from einschalt.stages.simultaneous.image_errors import judge_of
-from einschalt.stages.simultaneous.own_deformation import own_columns
+from einschalt.stages.simultaneous.own_deformation import is_detected, own_columns
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import (
@@ -291,6 +291,7 @@ def deformation_table(tables, solution, found, options) -> pd.DataFrame:
     OwnDeformation or None; ``solution`` is that after what was modelled.
     """
     tests, bends, own = found
+    is_modelled = options.deformation == "modelled" and is_detected(own)
     rows = [
         {
             "flight": tables.flights[test.flight],
@@ -303,7 +304,7 @@ def deformation_table(tables, solution, found, options) -> pd.DataFrame:
             "size_middle": test.size_middle,
             "size_edge": test.size_edge,
             **_neighbours_of(test, solution),
-            **own_columns(own, test.flight, solution.observations),
+            **own_columns(own, test.flight, is_modelled=is_modelled),
         }
         for test in (*tests, *bends.tests)
     ]

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.language import mark
+from einschalt.stages.simultaneous.image_drawings import ImageSizes
 from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 from einschalt.theory.block_adjustment.group_components import group_components
 from einschalt.theory.block_adjustment.observations import Part
@@ -69,8 +70,7 @@ class Weighed:
     # step from errors that are refuted), redundancy, is_estimated (they were adjusted
     # with it)
     table: pd.DataFrame
-    # (n_flights,): of the errors of image points, over those that were given
-    image_factors: np.ndarray
+    image_sizes: ImageSizes
 
 
 def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
@@ -99,7 +99,7 @@ def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
     table = _table(part.observations, groups, applied, found)
     table["is_estimated"] = is_free[table.index] & table["factor"].notna()
     table = _without_errors_of_single_steps(table)
-    as_given = np.ones(len(tables.flights))
+    as_given = ImageSizes.as_given(len(tables.flights))
     return Weighed(part, block, applied, table.reset_index(drop=True), as_given)
 
 

@@ -45,7 +45,8 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
         mine, beside.points = points(n_one, one), points(n_two, two)
     return SimpleNamespace(
         adjustment=SimpleNamespace(
-            deformations=found, tables=SimpleNamespace(is_spatial=False)
+            deformations=found,
+            tables=SimpleNamespace(is_spatial=False, images=(None, None)),
         ),
         solution=SimpleNamespace(two_step=beside),
         points=mine,

@@ -35,7 +35,7 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
             "own_is_modelled": [False, own == "modelled"],
         }
     )
-    tables = SimpleNamespace(is_spatial=False)
+    tables = SimpleNamespace(is_spatial=False, images=(None, None))
     adjusted = SimpleNamespace(deformations=found, tables=tables)
     if checks is None:
         solution = SimpleNamespace(two_step=SimpleNamespace(is_possible=False))
@@ -155,9 +155,32 @@ def test_what_spatial_models_share_is_a_bend_of_their_heights():
     assert len(shown.remarks) == 1  # which way to use is said once
 
 
-def test_photographs_bend_models_for_themselves_untested():
+@pytest.mark.parametrize(
+    ("p_value", "is_modelled", "said"),
+    [
+        (1e-6, True, "The coordinates are as without it, and the standard errors"),
+        (1e-6, False, "The standard errors are without it."),
+        (0.4, False, "It is not significant."),
+    ],
+)
+def test_photographs_are_bent_for_themselves(p_value, is_modelled, said):
     examined = examined_with()
     examined.adjustment.tables.is_spatial = True
+    examined.adjustment.tables.images = (None, "of the low flight")
+    found = examined.adjustment.deformations
+    found["own_p_value"], found["own_is_modelled"] = p_value, is_modelled
+    facts = deformation_facts(examined)
+    table = own_section(facts)
+    assert table.title == "Deformation of each single photograph (RMS at its edge)"
+    assert table.header == ("", "in plan (total)")  # heights follow from it
+    assert said in table.remarks[0]
+    assert ("no adjustment corrects that" in section(facts).remarks[-1]) is is_modelled
+
+
+def test_of_few_image_points_nothing_is_told():
+    examined = examined_with()
+    examined.adjustment.tables.is_spatial = True
+    examined.adjustment.tables.images = (None, "of the low flight")
     examined.adjustment.deformations["own_p_value"] = np.nan
     facts = deformation_facts(examined)
     assert section(facts).rows

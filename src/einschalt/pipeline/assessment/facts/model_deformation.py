@@ -5,6 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from einschalt.stages.simultaneous.image_drawings import has_images
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
 
 LEAST_CHECK = 8
@@ -20,6 +21,7 @@ class Belief(StrEnum):
     MODELS_DIFFER = "models are deformed each in its own way"
     DEFORMATION_MODELLED = "a deformation is modelled and nothing is left"
     OWN_DEFORMATIONS_MODELLED = "what each model is deformed by for itself is modelled"
+    PHOTOGRAPHS_BENT = "photographs are bent for themselves, and errors include it"
     UNTESTED = "too little redundancy to test for deformation"
     NO_DEFORMATION = "no deformation shows"
 
@@ -61,6 +63,8 @@ class DeformationFacts:
     is_shared_tested: bool
     is_own_detected: bool
     is_own_modelled: bool
+    # own deformations are those of photographs, and not of models
+    are_photographs: bool
     # differences at the check points that both ways have, TOTAL [m]; NaN with too few
     # of them
     check_rms_simultaneous: float
@@ -89,17 +93,19 @@ def deformation_facts(examined) -> DeformationFacts | None:
     rms = _check_rms(examined)
     return DeformationFacts(
         flights,
-        _belief(found, *rms),
+        _belief(examined.adjustment, *rms),
         float(found["own_p_value"].iloc[0]),
         examined.adjustment.tables.is_spatial,
         bool(found["p_value"].notna().any()),
         bool(_is_own_detected(found)),
         bool(found["own_is_modelled"].any()),
+        has_images(examined.adjustment.tables),
         *rms,
     )
 
 
-def _belief(found, simultaneous, two_steps):
+def _belief(adjustment, simultaneous, two_steps):
+    found = adjustment.deformations
     ratio = simultaneous / two_steps
     if max(ratio, 1.0 / ratio) > CLEARLY:
         is_better = simultaneous < two_steps
@@ -115,7 +121,9 @@ def _belief(found, simultaneous, two_steps):
     if is_left or found["is_alike"].any():
         return Belief.MODELS_DIFFER
     if is_own:
-        return Belief.OWN_DEFORMATIONS_MODELLED
+        is_in_errors = has_images(adjustment.tables)
+        modelled = Belief.OWN_DEFORMATIONS_MODELLED
+        return Belief.PHOTOGRAPHS_BENT if is_in_errors else modelled
     if found["is_modelled"].any():
         return Belief.DEFORMATION_MODELLED
     if found[["p_value", "own_size_edge"]].isna().all(axis=None):

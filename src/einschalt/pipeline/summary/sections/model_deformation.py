@@ -19,6 +19,16 @@ OWN_MODELLED = mark(
     "errors include it."
 )
 OWN_LEFT = mark("Tested for all models together: p {p}. It is not modelled.")
+PHOTOGRAPHS_IN_ERRORS = mark(
+    "Tested for all photographs together: p {p}. The coordinates are as without it, "
+    "and the standard errors include it."
+)
+PHOTOGRAPHS_LEFT = mark(
+    "Tested for all photographs together: p {p}. The standard errors are without it."
+)
+NO_PHOTOGRAPHS = mark(
+    "Tested for all photographs together: p {p}. It is not significant."
+)
 NO_OWN = mark("Tested for all models together: p {p}. It is not significant.")
 CHECKED = mark_each(
     {
@@ -49,6 +59,10 @@ BELIEFS = mark_each(
         Belief.OWN_DEFORMATIONS_MODELLED: (
             "Use the simultaneous adjustment: it models the deformation of each model, "
             "and its standard errors include it."
+        ),
+        Belief.PHOTOGRAPHS_BENT: (
+            "Photographs are bent, each in its own way: no adjustment corrects that, "
+            "and the standard errors of the simultaneous one include it."
         ),
         Belief.UNTESTED: (
             "Deformation of models cannot be tested: their points have too little "
@@ -121,17 +135,25 @@ def own_section(facts, better=None) -> Section:
     in_plan = lengths([flight.own_edge for flight in facts.flights])
     columns = [[flight_name(flight.flight) for flight in facts.flights], in_plan]
     header = ("", translated("in plan (total)"))
-    if facts.is_spatial:
+    if facts.is_spatial and not facts.are_photographs:
         columns.append(lengths([flight.own_edge_height for flight in facts.flights]))
         header = (*header, translated("in height"))
-    remark = OWN_MODELLED if facts.is_own_modelled else OWN_LEFT
-    if not facts.is_own_detected:
-        remark = NO_OWN
-    remarks = [translated(remark, p=probability(facts.own_p_value))]
+    remarks = [translated(_remark_of_own(facts), p=probability(facts.own_p_value))]
     if not facts.is_shared_tested:
         remarks.append(belief_text(facts, better))
     title = translated("Deformation of each single model (RMS at its edge)")
+    if facts.are_photographs:
+        title = translated("Deformation of each single photograph (RMS at its edge)")
     return Section(title, header, tuple(zip(*columns, strict=True)), tuple(remarks))
+
+
+def _remark_of_own(facts):
+    of_models = OWN_MODELLED, OWN_LEFT, NO_OWN
+    of_photographs = PHOTOGRAPHS_IN_ERRORS, PHOTOGRAPHS_LEFT, NO_PHOTOGRAPHS
+    modelled, left, none = of_photographs if facts.are_photographs else of_models
+    if not facts.is_own_detected:
+        return none
+    return modelled if facts.is_own_modelled else left
 
 
 def _is_own_tested_in_space(facts):
