@@ -131,6 +131,18 @@ def test_the_column_of_names_is_named_on_the_page(visit, root, small_block):
     )
 
 
+def test_where_a_table_is_left_out_the_fields_are_open(visit, root, small_block):
+    visitor = visit(root)
+    files = files_of(small_block)
+    del files["block.toml"]
+    assert "<details>" in visitor.get(dropped(visitor, files)).text
+    name = next(name for name in files if "control" in name)
+    files["more.csv"] = files[name].replace("point_id", "LFP3-Nummer", 1)
+    page = visitor.get(dropped(visitor, files)).text
+    assert "Name that column below" in page
+    assert "<details open>" in page
+
+
 def test_how_angles_are_written_is_chosen_on_the_page(visit, root, small_block):
     visitor = visit(root)
     files = files_of(small_block)
