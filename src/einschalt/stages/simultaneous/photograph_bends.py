@@ -35,14 +35,17 @@ N_DRAWS = 100
 N_NEAREST = 4  # points of a model that a residual is held against
 # of a flight: fewer tell nothing of neighbours
 LEAST_POINTS = 200
+# of the errors of single points beside bends: names that are exchanged make hundreds
+LARGEST_FACTOR = 2.5
 
 
 def find_photograph_bends(tables, weighed, deformation) -> OwnDeformation | None:
     """Estimate how much photographs are bent, each in its own way.
 
     An OwnDeformation with sizes on the ground, one for both degrees [m]; None without
-    images, where this is ``"ignored"``, and of flights with few points. ``weighed`` is
-    the block without gross errors.
+    images, where this is ``"ignored"``, of flights with few points, and where single
+    points are so much worse than stated that something else is wrong. ``weighed`` is
+    the block without gross errors, or with those that are kept.
     """
     if deformation == "ignored" or not has_images(tables):
         return None
@@ -57,7 +60,9 @@ def find_photograph_bends(tables, weighed, deformation) -> OwnDeformation | None
         for k in flights
     ]
     p_value = min(float(np.nanmin([*p_values, 1.0])) * len(flights), 1.0)
-    squares, errors = _squares(shown, drawn, flights)
+    factors, squares, errors = _squares(shown, drawn, flights)
+    if factors.max() > LARGEST_FACTOR:
+        return None
     families = tuple(DEGREE)
     n = len(families)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -162,7 +167,7 @@ def _drawn_sums(tables, weighed, residuals):
 
 
 def _squares(shown, drawn, flights):
-    """Squares of the sizes of bends of some flights, and their standard errors [m²]."""
+    """Factors f of some flights, squares of τ, and their standard errors [m²]."""
     from scipy.optimize import nnls  # noqa: PLC0415 - loaded for photographs
 
     def rows(sums):
@@ -173,4 +178,5 @@ def _squares(shown, drawn, flights):
     design = np.hstack(list(parts)) / scale[:, None]
     found, _ = nnls(design, rows(shown - drawn.rest) / scale)
     errors = np.sqrt(np.diag(np.linalg.inv(design.T @ design)))
-    return found[len(flights) :], errors[len(flights) :]
+    n = len(flights)
+    return np.sqrt(found[:n]), found[n:], errors[n:]

@@ -126,6 +126,8 @@ def test_one_adjustment_is_told_by_the_names_first(with_names_far_apart):
     off = [new[axis] - new[f"{axis}_t"] for axis in ("easting", "northing")]
     true = np.sqrt(np.mean(np.hypot(*off) ** 2))
     assert result.assessment.credible.value == pytest.approx(true, rel=0.2)
+    # and they pass for no bends of photographs
+    assert result.solution.adjustment.deformations["own_p_value"].isna().all()
 
 
 @pytest.mark.slow
